@@ -1,0 +1,1 @@
+"""What robots are: their measures, limits, sensors and the words they understand."""

@@ -1,0 +1,114 @@
+"""A robot as data: everything the services must know about it, and nothing about how it is run."""
+
+from dataclasses import dataclass
+
+from schemas.geometry import Pose2, Pose3
+
+
+@dataclass(frozen=True)
+class SymbolSpace:
+    """What the robot's language ranges over (Eqs. annotation-symbol-space, behavior-inference-space)."""
+
+    object_classes: tuple[str, ...]
+    locations: tuple[str, ...]
+    relations: tuple[str, ...]
+    actions: tuple[str, ...]
+    modes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class BaseLimits:
+    """What the driver enforces last, whoever commands."""
+
+    linear_speed: float
+    """[m/s]"""
+    angular_speed: float
+    """[rad/s]"""
+    linear_acceleration: float
+    """[m/s^2]"""
+    angular_acceleration: float
+    """[rad/s^2]"""
+    command_expiry_s: float
+    """The base stops when the last command is older, whatever the command says [s]."""
+
+
+@dataclass(frozen=True)
+class BaseGeometry:
+    """The driven base."""
+
+    length: float
+    """[m]"""
+    width: float
+    """[m]"""
+    height: float
+    """Of the body, without mast [m]."""
+    wheel_radius: float
+    """[m]"""
+    wheelbase: float
+    """[m]"""
+    track: float
+    """[m]"""
+    mass: float
+    """[kg]"""
+
+    @property
+    def radius(self) -> float:
+        """Of the circle around the footprint [m]."""
+        return 0.5 * (self.length**2 + self.width**2) ** 0.5
+
+
+@dataclass(frozen=True)
+class CameraSpec:
+    """An RGB-D camera."""
+
+    width: int
+    """[px]"""
+    height: int
+    """[px]"""
+    horizontal_fov: float
+    """[rad]"""
+    rate_hz: float
+    range_max: float
+    """Depth beyond this is not trusted [m]."""
+    base_from_camera: Pose3
+
+
+@dataclass(frozen=True)
+class LaserSpec:
+    """A planar range finder that looks all round."""
+
+    beams: int
+    rate_hz: float
+    range_min: float
+    """[m]"""
+    range_max: float
+    """[m]"""
+    base_from_laser: Pose2
+    height: float
+    """Above the ground [m]."""
+
+
+@dataclass(frozen=True)
+class OdometryNoise:
+    """How dead reckoning drifts; variances grow with the way."""
+
+    variance_per_metre: float
+    """[m^2/m]"""
+    variance_per_radian: float
+    """[rad^2/rad]"""
+
+
+@dataclass(frozen=True)
+class RobotSpec:
+    """One kind of robot."""
+
+    name: str
+    title: str
+    base: BaseGeometry
+    limits: BaseLimits
+    camera: CameraSpec
+    laser: LaserSpec
+    odometry: OdometryNoise
+    symbols: SymbolSpace
+    grounding: str
+    """"dcg" or "hdcg", as in the paper."""

@@ -1,0 +1,1 @@
+"""The language of the system: every message, topic and query, and how they become bytes."""

@@ -1,0 +1,41 @@
+"""What the robot recognised in what it sensed."""
+
+from typing import Annotated
+
+from msgspec import Struct
+
+from schemas.arrays import Floats, Shape
+from schemas.geometry import Pose2
+
+
+class Detections(Struct, frozen=True, kw_only=True):
+    """Objects seen in one frame, before any association; N may be zero, which is evidence too."""
+
+    stamp_ns: int
+    """Of the frame."""
+    classes: tuple[str, ...]
+    """Names of the C classes the detector looked for."""
+    odom_from_base: Pose2
+    """Dead reckoning at the frame."""
+    boxes_px: Annotated[Floats, Shape("N 4")]
+    """x0 y0 x1 y1 in the picture."""
+    probabilities: Annotated[Floats, Shape("N C")]
+    """Calibrated class distribution of each box; a row sums to at most 1, the rest is `none`."""
+    scores: Annotated[Floats, Shape("N")]
+    """Detector confidence in [0, 1]; not a calibrated probability."""
+    centers_base: Annotated[Floats, Shape("N 3")]
+    """Object centres in the base frame [m]."""
+    covariances: Annotated[Floats, Shape("N 3 3")]
+    """Of `centers_base` [m^2]."""
+    extents: Annotated[Floats, Shape("N 3")]
+    """Sizes of upright boxes around the objects, along the base's axes [m]."""
+    view_bearings: Annotated[Floats, Shape("V")]
+    """Directions in the base frame in which the camera looked, ascending [rad]."""
+    view_ranges: Annotated[Floats, Shape("V")]
+    """How far the ground was seen in each direction before something hid it [m]."""
+    view_near: float
+    """Closer than this the camera does not see the ground [m]."""
+    picture_size: tuple[int, int]
+    """Width and height of the picture the boxes lie in [px]."""
+    inference_ms: float
+    """Time the network took [ms]; 0 in lockstep, where time is modelled."""

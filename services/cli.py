@@ -1,0 +1,120 @@
+"""The command line: one table of verbs. Nothing heavy is imported before a verb is chosen."""
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+
+from schemas.errors import MissingComponentError, UserError
+
+USAGE, INTERNAL_FAULT, MISSING_COMPONENT = 2, 1, 5
+
+
+@dataclass(frozen=True)
+class Verb:
+    """One verb: where its function is, and what it does in one line."""
+
+    function: str
+    """`module:function` below `services.commands`; typed arguments become its options."""
+    summary: str
+    example: str
+
+
+VERBS: dict[str, Verb] = {
+    "up": Verb("system:up", "start the robot, all services, the page and the recorder", "up"),
+    "demo": Verb("system:demo", "start with a prepared world and instruction", "demo hydrant"),
+    "service": Verb("system:service", "run one service in the foreground", "service mapping"),
+    "say": Verb("talk:say", "send an instruction to a running system", 'say "go to the cone"'),
+    "cancel": Verb("talk:cancel", "drop the instruction", "cancel"),
+    "stop": Verb("talk:stop", "latched stop of all motion", "stop"),
+    "resume": Verb("talk:resume", "release the stop", "resume"),
+    "status": Verb("look:status", "health of every service", "status --json"),
+    "topics": Verb("look:topics", "the table of topics", "topics"),
+    "graph": Verb("look:graph", "the processes and what flows between them, as Mermaid", "graph"),
+    "watch": Verb("look:watch", "print messages of a running system", "watch decision -n 3"),
+    "ground": Verb(
+        "language:ground",
+        "understand an instruction without a running system",
+        'ground "go to the hydrant behind the cone" --robot husky',
+    ),
+    "episode": Verb(
+        "experiments:episode",
+        "one episode in lockstep, as fast as it computes",
+        'episode --world hydrant --say "go to the hydrant behind the cone" --json',
+    ),
+    "train": Verb("training:train", "train grounding or detector from our data", "train grounding"),
+    "record": Verb("logs:record", "record a running system", "record --out run.mcap"),
+    "replay": Verb("logs:replay", "play a log back", "replay runs/RUN.mcap --to web"),
+    "log": Verb("logs:log", "inspect, check, mend or export a log", "log info runs/RUN.mcap"),
+    "robots": Verb("look:robots", "the robots there are", "robots"),
+    "worlds": Verb("look:worlds", "the worlds there are", "worlds"),
+    "doctor": Verb("machine:doctor", "what this machine has and lacks", "doctor --fix"),
+    "test": Verb("machine:test", "run every check and test", "test -k grounding"),
+}
+
+RAW = {"test"}
+"""Verbs that take their arguments as they are."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one verb; returns the exit code of the contract."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if not given or given[0] in ("-h", "--help"):
+        print(overview())
+        return 0
+    name, rest = given[0], given[1:]
+    if name not in VERBS:
+        return _fail(f"unknown verb {name!r}; verbs are: {', '.join(VERBS)}", USAGE)
+    try:
+        return run_verb(name, rest)
+    except UserError as error:
+        return _fail(str(error), USAGE)
+    except MissingComponentError as error:
+        return _fail(str(error), MISSING_COMPONENT)
+    except KeyboardInterrupt:
+        return _fail("interrupted", INTERNAL_FAULT)
+    except BrokenPipeError:
+        sys.stderr.close()
+        return 0
+
+
+def run_verb(name: str, arguments: list[str]) -> int:
+    """Import a verb's function, read its arguments by its signature, call it."""
+    verb = VERBS[name]
+    module, function = verb.function.split(":")
+    call = getattr(import_module(f"services.commands.{module}"), function)
+    if name in RAW:
+        return call(arguments)
+    import tyro
+
+    config = (tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes)
+    return tyro.cli(
+        call,
+        prog=f"incognita {name}",
+        args=arguments,
+        config=config,
+        description=f"{verb.summary.capitalize()}.\n\nExample: incognita {verb.example}",
+    )
+
+
+def overview() -> str:
+    """What `incognita --help` prints."""
+    lines = [
+        "usage: incognita VERB [ARGUMENTS]",
+        "",
+        "A robot runtime that follows instructions in places it has never seen.",
+        "",
+        *(f"  {name:<10}{verb.summary}" for name, verb in VERBS.items()),
+        "",
+        "'incognita VERB --help' tells more. First steps: incognita demo hydrant",
+    ]
+    return "\n".join(lines)
+
+
+def _fail(text: str, code: int) -> int:
+    print(f"incognita: {text}", file=sys.stderr)
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

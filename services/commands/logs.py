@@ -1,0 +1,156 @@
+"""Verbs about recorded runs."""
+
+import threading
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+from schemas.errors import UserError
+from services.commands.output import print_json, print_table, say
+
+
+def record(out: Path | None = None, realm: str = "default") -> int:
+    """Record a running system until Ctrl-C.
+
+    Args:
+        out: file to write; without it a new one in runs/.
+        realm: of the running system.
+    """
+    import msgspec
+
+    from services.process_table import process_named
+    from services.runtime.process import run_process
+    from services.runtime.run_directory import RunDirectory
+    from services.runtime.system import log_path
+
+    info = RunDirectory.of(realm).info()
+    target = out or log_path(info.run, Path("runs"))
+    run = msgspec.structs.replace(info.run, log=str(target.resolve()))
+    say(f"recording to {target}; end with Ctrl-C")
+    run_process(process_named("recorder"), run, info.endpoint, supervised=False)
+    return 0
+
+
+def replay(
+    file: Annotated[Path, tyro.conf.Positional],
+    rate: float = 1.0,
+    to: Literal["web"] | None = None,
+    port: int = 8080,
+    json: bool = False,
+) -> int:
+    """Play a log back.
+
+    Args:
+        file: an MCAP file of 'incognita record' or of a run.
+        rate: 2 is twice as fast, 0 is without waiting.
+        to: "web" shows it on a page; without it the messages are listed.
+        port: of the page.
+        json: one JSON document a message on stdout.
+    """
+    from services.runtime.record import read_log
+    from services.runtime.replay import paced
+
+    if to == "web":
+        return _replay_on_page(file, rate, port)
+    for entry in paced(read_log(file), rate, threading.Event()):
+        if json:
+            print_json({"topic": entry.topic, "log_ns": entry.log_ns, "sequence": entry.sequence})
+        else:
+            print(f"{entry.log_ns / 1e9:.3f} {entry.topic} #{entry.sequence} {len(entry.data)} B")
+    return 0
+
+
+def log(
+    action: Annotated[Literal["info", "check", "recover", "export"], tyro.conf.Positional],
+    file: Annotated[Path, tyro.conf.Positional],
+    out: Path | None = None,
+    json: bool = False,
+) -> int:
+    """Inspect, check, mend or export a log.
+
+    Args:
+        action: info: what is in it; check: what is missing; recover: mend a file whose writer was
+            killed; export: messages as JSON lines.
+        file: an MCAP file.
+        out: file to write (recover, export).
+        json: one JSON document on stdout.
+    """
+    actions = {"info": _info, "check": _check, "recover": _recover, "export": _export}
+    return actions[action](file, out, json)
+
+
+def _info(file: Path, out: Path | None, as_json: bool) -> int:
+    from services.runtime.record import log_summary
+
+    del out
+    summary = log_summary(file)
+    if as_json:
+        print_json(summary)
+        return 0
+    seconds = (summary["end_ns"] - summary["start_ns"]) / 1e9
+    print(
+        f"{file}: {summary['messages']} messages, {seconds:.1f} s, {summary['bytes'] / 1e6:.1f} MB"
+    )
+    print_table(("topic", "messages", "Hz"), _rates(summary["topics"], seconds))
+    for name, fields in summary["metadata"].items():
+        print(f"{name}: " + ", ".join(f"{key}={value}" for key, value in fields.items()))
+    return 0
+
+
+def _rates(counts: dict[str, int], seconds: float) -> list[tuple[str, int, str]]:
+    return [(t, n, f"{n / seconds:.1f}" if seconds > 0 else "-") for t, n in counts.items()]
+
+
+def _check(file: Path, out: Path | None, as_json: bool) -> int:
+    from services.runtime.record import check_log
+
+    del out
+    problems = check_log(file)
+    if as_json:
+        print_json({"file": str(file), "ok": not problems, "problems": problems})
+    else:
+        print("\n".join(problems) if problems else f"{file}: complete")
+    return 0 if not problems else 2
+
+
+def _recover(file: Path, out: Path | None, as_json: bool) -> int:
+    from services.runtime.record import recover
+
+    target = out or file.with_stem(f"{file.stem}-recovered")
+    if target.exists():
+        raise UserError(f"{target} exists; choose another file with --out")
+    count = recover(file, target)
+    if as_json:
+        print_json({"file": str(target), "messages": count})
+    else:
+        print(f"{target}: {count} messages recovered")
+    return 0
+
+
+def _export(file: Path, out: Path | None, as_json: bool) -> int:
+    import json as json_module
+
+    from schemas.codec import as_builtins, decode
+    from schemas.topics import topic_named
+    from services.runtime.record import read_log
+
+    del as_json
+    target = out or file.with_suffix(".jsonl")
+    with target.open("w") as stream:
+        for entry in read_log(file):
+            message = decode(entry.data, topic_named(entry.topic).type)
+            row = {"topic": entry.topic, "log_ns": entry.log_ns, "message": as_builtins(message)}
+            stream.write(json_module.dumps(row) + "\n")
+    say(f"{target} written")
+    return 0
+
+
+def _replay_on_page(file: Path, rate: float, port: int) -> int:
+    from services.runtime.replay_system import replay_on_page
+    from services.runtime.system import stop_on_signals
+
+    stop = threading.Event()
+    stop_on_signals(stop)
+    replay_on_page(file, rate, port, stop, say)
+    return 0

@@ -1,0 +1,174 @@
+"""Verbs that start things."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import tyro
+
+from schemas.errors import MissingComponentError, UserError
+from schemas.run import RunConfig
+from schemas.task import InstructionStatus, TaskState
+from services.commands.exit_codes import of_status
+from services.commands.output import say
+from services.process_table import process_named
+
+DEMOS: dict[str, tuple[str, str, str]] = {
+    "hydrant": ("husky", "hydrant", "go to the hydrant behind the cone"),
+}
+"""Name: robot, world, instruction."""
+
+
+def up(
+    robot: str = "husky",
+    world: str = "hydrant",
+    seed: int = 0,
+    particles: int = 100,
+    no_web: bool = False,
+    no_record: bool = False,
+    port: int = 8080,
+    say: str | None = None,
+    exit_when_done: bool = False,
+    realm: str = "default",
+) -> int:
+    """Start a system and supervise it until Ctrl-C.
+
+    Args:
+        robot: one of 'incognita robots'.
+        world: one of 'incognita worlds', or a world file.
+        seed: decides the world, the noise and every random choice.
+        particles: number of map hypotheses.
+        no_web: without the page.
+        no_record: without a log.
+        port: of the page; the next free one is taken if it is in use.
+        say: an instruction to send when everything is ready.
+        exit_when_done: end with that instruction, and with its exit code.
+        realm: isolates parallel systems on this machine.
+    """
+    from robots.catalogue import get_robot
+    from sim.world import make_world
+
+    get_robot(robot)
+    make_world(world, seed)
+    if exit_when_done and not say:
+        raise UserError("--exit-when-done needs an instruction: add --say TEXT")
+    run = RunConfig(
+        robot=robot, world=world, seed=seed, particles=particles, realm=realm, web_port=port
+    )
+    return _serve(run, not no_web, not no_record, say, exit_when_done)
+
+
+def demo(
+    name: Annotated[str | None, tyro.conf.Positional] = None,
+    seed: int = 0,
+    particles: int = 100,
+    no_web: bool = False,
+    no_record: bool = False,
+    port: int = 8080,
+    exit_when_done: bool = False,
+    realm: str = "default",
+) -> int:
+    """Start a system with a prepared world and instruction.
+
+    Args:
+        name: of the demonstration; without one they are listed.
+        seed: decides the world, the noise and every random choice.
+        particles: number of map hypotheses.
+        no_web: without the page.
+        no_record: without a log.
+        port: of the page; the next free one is taken if it is in use.
+        exit_when_done: end with the instruction, and with its exit code.
+        realm: isolates parallel systems on this machine.
+    """
+    if name is None:
+        for known, (robot, world, text) in DEMOS.items():
+            print(f"{known}: {robot} in world {world}, {text!r}")
+        return 0
+    if name not in DEMOS:
+        raise UserError(f"unknown demo {name!r}; demos are: {', '.join(DEMOS)}")
+    robot, world, text = DEMOS[name]
+    return up(
+        robot=robot,
+        world=world,
+        seed=seed,
+        particles=particles,
+        no_web=no_web,
+        no_record=no_record,
+        port=port,
+        say=text,
+        exit_when_done=exit_when_done,
+        realm=realm,
+    )
+
+
+def service(
+    name: Annotated[str, tyro.conf.Positional],
+    config: Path | None = None,
+    connect: str | None = None,
+    supervised: Annotated[bool, tyro.conf.Suppress] = False,
+    stepped: Annotated[bool, tyro.conf.Suppress] = False,
+) -> int:
+    """Run one service in the foreground.
+
+    Args:
+        name: as in 'incognita graph'.
+        config: file with the run's settings; without one those of the local default realm.
+        connect: the hub's endpoint; without one the local default realm's.
+        supervised: end when the starting process ends.
+        stepped: take time from messages and report each handled one, for tests.
+    """
+    from services.runtime.process import run_process
+    from services.runtime.run_directory import RunDirectory
+
+    process = process_named(name)
+    directory = RunDirectory.of(RunConfig().realm)
+    if config is None:
+        config = directory.config_file
+    if not config.is_file():
+        raise UserError(f"{config}: no such settings file; 'incognita up' writes one")
+    try:
+        run = msgspec.json.decode(config.read_bytes(), type=RunConfig)
+    except msgspec.DecodeError as error:
+        raise UserError(f"{config}: {error}") from error
+    endpoint = connect or RunDirectory.of(run.realm).endpoint
+    run_process(process, run, endpoint, supervised=supervised, stepped=stepped)
+    return 0
+
+
+def _serve(run: RunConfig, web: bool, record: bool, text: str | None, exit_when_done: bool) -> int:
+    from services.runtime.system import (
+        System,
+        chosen_processes,
+        page_address,
+        prepared,
+        stop_on_signals,
+    )
+
+    wanted = run.web_port
+    run = prepared(run, Path("runs"), web=web, record=record)
+    if web and run.web_port != wanted:
+        say(f"port {wanted} is in use: the page is on {run.web_port}")
+    system = System(run, say, chosen_processes(run))
+    stop_on_signals(system.stop_requested)
+    say(f"starting {run.robot} in world {run.world} (realm {run.realm}) ...")
+
+    def announce() -> None:
+        print(f"ready: {page_address(run) or 'no page'}", flush=True)
+        if text:
+            say(f"say: {text}")
+
+    try:
+        status = system.serve(text, exit_when_done=exit_when_done, on_ready=announce)
+    except MissingComponentError as error:
+        raise MissingComponentError(str(error).removeprefix("incognita: ")) from error
+    _tell_end(status, run.log)
+    return of_status(status) if exit_when_done else 0
+
+
+def _tell_end(status: InstructionStatus | None, log: str) -> None:
+    if status is not None:
+        mark = "done" if status.state is TaskState.SUCCEEDED else str(status.state)
+        print(f"{mark}: {status.text!r}: {status.reason}", file=sys.stderr)
+    if log:
+        print(f"log: {log}", file=sys.stderr)

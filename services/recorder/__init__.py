@@ -1,0 +1,1 @@
+"""Writes every message of a run to one file."""

@@ -1,0 +1,1 @@
+"""Runs nodes: in lockstep in one process, or as processes over Zenoh."""

@@ -1,0 +1,122 @@
+"""What a person does to a running system from the command line."""
+
+import time
+from collections.abc import Callable, Iterator
+from queue import Empty, SimpleQueue
+from typing import Any
+
+from msgspec import Struct
+
+from schemas import topics
+from schemas.codec import MalformedMessageError, decode
+from schemas.health import StatusRequest, SystemStatus
+from schemas.language import Annotations, Instruction
+from schemas.motion import StopLatch
+from schemas.task import CancelRequest, InstructionStatus, TaskState
+from schemas.topics import Topic
+from services.runtime import clock
+from services.runtime.mailbox import Sample
+from services.runtime.run_directory import RunDirectory, SystemInfo
+from services.runtime.wire import Bus
+
+_repeats = 3
+_ready_timeout_s = 60.0
+
+
+class Client:
+    """Talks to the system of one realm. Use it as a context manager."""
+
+    def __init__(self, realm: str) -> None:
+        directory = RunDirectory.of(realm)
+        self.info: SystemInfo = directory.info()
+        self._bus = Bus.client(self.info.endpoint, realm, self.info.run.robot, timeout_ms=2000)
+
+    def __enter__(self) -> "Client":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bus.close()
+
+    def status(self) -> SystemStatus:
+        """How every service is.
+
+        Raises:
+            NoAnswerError: the supervisor does not answer.
+        """
+        return self._bus.ask(topics.STATUS, StatusRequest(stamp_ns=clock.now_ns()))
+
+    def say(self, text: str, source: str = "cli") -> Instruction:
+        """Send an instruction once the system is ready to hear it."""
+        self._wait_until_ready()
+        stamp_ns = clock.now_ns()
+        instruction = Instruction(
+            stamp_ns=stamp_ns, id=f"{source}-{stamp_ns}", text=text, source=source
+        )
+        self._bus.publish(topics.INSTRUCTION.of(instruction))
+        return instruction
+
+    def latch_stop(self, stopped: bool, source: str = "cli") -> None:
+        """Stop all motion, or release the stop. Sent several times: it must arrive."""
+        for _ in range(_repeats):
+            latch = StopLatch(stamp_ns=clock.now_ns(), stopped=stopped, source=source)
+            self._bus.publish(topics.STOP.of(latch))
+            time.sleep(0.02)
+
+    def cancel(self, source: str = "cli") -> None:
+        """Drop the instruction."""
+        self._bus.publish(topics.CANCEL.of(CancelRequest(stamp_ns=clock.now_ns(), source=source)))
+        time.sleep(0.05)
+
+    def watch(self, *watched: Topic[Any]) -> "Subscription":
+        """Messages of some topics from now on, state topics with their last value first."""
+        return Subscription(self._bus, watched)
+
+    def _wait_until_ready(self) -> None:
+        deadline = time.monotonic() + _ready_timeout_s
+        while not self.status().ready and time.monotonic() < deadline:
+            time.sleep(0.1)
+
+
+class Subscription:
+    """An iterator over messages."""
+
+    def __init__(self, bus: Bus, watched: tuple[Topic[Any], ...]) -> None:
+        self._queue: SimpleQueue[Sample] = SimpleQueue()
+        for topic in watched:
+            bus.subscribe(topic, self._queue.put)
+            last = bus.last_value(topic) if topic.keep_last else None
+            if last is not None:
+                self._queue.put(last)
+
+    def messages(self, timeout_s: float) -> Iterator[tuple[Topic[Any], Struct]]:
+        """Messages until nothing came for a while; what does not decode is passed over."""
+        while True:
+            try:
+                sample = self._queue.get(timeout=timeout_s)
+            except Empty:
+                return
+            try:
+                yield sample.topic, decode(sample.payload, sample.topic.type)
+            except MalformedMessageError:
+                continue
+
+
+def follow_instruction(
+    subscription: Subscription,
+    instruction_id: str,
+    timeout_s: float,
+    on_progress: Callable[[Annotations | InstructionStatus], None],
+) -> InstructionStatus | None:
+    """Follow an instruction to its end; None if that takes longer than the timeout."""
+    deadline = time.monotonic() + timeout_s
+    while (left := deadline - time.monotonic()) > 0:
+        for _, message in subscription.messages(min(left, 0.5)):
+            if isinstance(message, Annotations) and message.instruction_id == instruction_id:
+                on_progress(message)
+            if isinstance(message, InstructionStatus) and message.instruction_id == instruction_id:
+                on_progress(message)
+                if message.state is not TaskState.ACTIVE:
+                    return message
+            if time.monotonic() > deadline:
+                break
+    return None
