@@ -83,6 +83,8 @@ def unpack_array(data: memoryview) -> NDArray[Any]:
 def _encode_hook(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return msgspec.msgpack.Ext(_array_extension, pack_array(value))
+    if isinstance(value, np.generic):
+        return value.item()
     raise TypeError(f"a {type(value).__name__} cannot be sent")
 
 

@@ -1,4 +1,4 @@
-"""The two kinds of errors that end a command with one line instead of a traceback."""
+"""The kinds of errors that end a command with one line instead of a traceback."""
 
 
 class UserError(ValueError):
@@ -10,3 +10,7 @@ class MissingComponentError(RuntimeError):
 
     Exit code 5.
     """
+
+
+class InternalFaultError(RuntimeError):
+    """Something of ours broke for good; the text says what. Exit code 1."""

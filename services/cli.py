@@ -1,11 +1,14 @@
 """The command line: one table of verbs. Nothing heavy is imported before a verb is chosen."""
 
+import contextlib
+import functools
+import io
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
 
-from schemas.errors import MissingComponentError, UserError
+from schemas.errors import InternalFaultError, MissingComponentError, UserError
 
 USAGE, INTERNAL_FAULT, MISSING_COMPONENT = 2, 1, 5
 
@@ -71,6 +74,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(str(error), USAGE)
     except MissingComponentError as error:
         return _fail(str(error), MISSING_COMPONENT)
+    except InternalFaultError as error:
+        return _fail(str(error), INTERNAL_FAULT)
     except KeyboardInterrupt:
         return _fail("interrupted", INTERNAL_FAULT)
     except BrokenPipeError:
@@ -87,14 +92,28 @@ def run_verb(name: str, arguments: list[str]) -> int:
         return call(arguments)
     import tyro
 
-    config = (tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes)
-    return tyro.cli(
-        call,
-        prog=f"incognita {name}",
-        args=arguments,
-        config=config,
-        description=f"{verb.summary.capitalize()}.\n\nExample: incognita {verb.example}",
-    )
+    complaint = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(complaint):
+            read = tyro.cli(
+                functools.wraps(call)(functools.partial(functools.partial, call)),
+                prog=f"incognita {name}",
+                args=arguments,
+                config=(tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes),
+                description=f"{verb.summary.capitalize()}.\n\nExample: incognita {verb.example}",
+            )
+    except SystemExit as ended:
+        if ended.code != USAGE:
+            raise
+        raise UserError(f"{_plain(complaint.getvalue())} (see 'incognita {name} --help')") from None
+    return read()
+
+
+def _plain(box: str) -> str:
+    """A framed complaint as one line."""
+    lines = [text for line in box.splitlines() if (text := line.strip("╭╮╰╯│─ "))]
+    said = [line for line in lines if not line.startswith("For full helptext")]
+    return ": ".join(said)[:300] or "wrong arguments"
 
 
 def overview() -> str:

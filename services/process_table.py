@@ -1,8 +1,17 @@
-"""Every process of the system. Adding a service is adding a row."""
+"""Every process of the system. Adding a service is adding a row.
+
+The row says what a process listens to and publishes, and the executors hold it to that: a node
+whose handlers differ is not started. So the drawn graph and the access rules are read from here.
+"""
 
 from dataclasses import dataclass
+from typing import Any
 
+from schemas import topics
 from schemas.errors import UserError
+from schemas.topics import Topic
+
+Topics = tuple[Topic[Any], ...]
 
 
 @dataclass(frozen=True)
@@ -14,10 +23,10 @@ class Process:
     """`module:Class` of the node."""
     latency_ms: float
     """Time one message takes, modelled in lockstep; measured on two shared cores [ms]."""
+    listens: Topics = ()
+    publishes: Topics = ()
     tick_hz: float = 0.0
     """How often the node gets a `Tick`; 0 for nodes that only answer messages."""
-    hardware: bool = False
-    """The robot itself, or what plays its part."""
     lockstep: bool = True
     """Whether the process takes part where no person watches."""
     purpose: str = ""
@@ -28,44 +37,78 @@ PROCESSES: tuple[Process, ...] = (
         name="robot",
         node="sim.node:RobotNode",
         latency_ms=0.0,
+        listens=(topics.STOP, topics.BASE_COMMAND, topics.TICK),
+        publishes=(
+            topics.ODOMETRY,
+            topics.JOINT_STATE,
+            topics.SCAN,
+            topics.RGBD,
+            topics.DRIVER_CHECKPOINT,
+        ),
         tick_hz=20.0,
-        hardware=True,
         purpose="drives the base and reads the sensors",
     ),
     Process(
         name="perception",
         node="services.perception.node:PerceptionNode",
         latency_ms=40.0,
+        listens=(topics.RGBD,),
+        publishes=(topics.DETECTIONS,),
         purpose="finds objects in camera pictures",
     ),
     Process(
         name="grounding",
         node="services.grounding.node:GroundingNode",
         latency_ms=15.0,
+        listens=(topics.INSTRUCTION, topics.BELIEF),
+        publishes=(topics.ANNOTATIONS, topics.BEHAVIORS),
         purpose="turns sentences into annotations and behaviours",
     ),
     Process(
         name="mapping",
         node="services.mapping.node:MappingNode",
         latency_ms=20.0,
+        listens=(topics.ODOMETRY, topics.SCAN, topics.ANNOTATIONS, topics.DETECTIONS),
+        publishes=(topics.GRID, topics.BELIEF),
         purpose="keeps the distribution over maps",
     ),
     Process(
         name="policy",
         node="services.policy.node:PolicyNode",
         latency_ms=15.0,
+        listens=(
+            topics.STOP,
+            topics.ODOMETRY,
+            topics.CANCEL,
+            topics.ANNOTATIONS,
+            topics.GRID,
+            topics.BELIEF,
+            topics.BEHAVIORS,
+            topics.GOAL_STATUS,
+        ),
+        publishes=(topics.DECISION, topics.GOAL, topics.INSTRUCTION_STATUS),
         purpose="chooses where to go, and when to stop",
     ),
     Process(
         name="navigation",
         node="services.navigation.node:NavigationNode",
         latency_ms=5.0,
+        listens=(
+            topics.STOP,
+            topics.ODOMETRY,
+            topics.SCAN,
+            topics.GRID,
+            topics.BELIEF,
+            topics.GOAL,
+        ),
+        publishes=(topics.BASE_COMMAND, topics.GOAL_STATUS),
         purpose="plans a path to the goal and follows it",
     ),
     Process(
         name="recorder",
         node="services.recorder.node:RecorderNode",
         latency_ms=0.0,
+        listens=topics.ALL_TOPICS,
         lockstep=False,
         purpose="writes every message to the log",
     ),
@@ -73,6 +116,26 @@ PROCESSES: tuple[Process, ...] = (
         name="web",
         node="web.node:WebNode",
         latency_ms=0.0,
+        listens=(
+            topics.STOP,
+            topics.TICK,
+            topics.ODOMETRY,
+            topics.JOINT_STATE,
+            topics.SCAN,
+            topics.RGBD,
+            topics.INSTRUCTION,
+            topics.ANNOTATIONS,
+            topics.DETECTIONS,
+            topics.GRID,
+            topics.BELIEF,
+            topics.DECISION,
+            topics.GOAL,
+            topics.GOAL_STATUS,
+            topics.INSTRUCTION_STATUS,
+            topics.FAULT,
+            topics.SYSTEM_STATUS,
+        ),
+        publishes=(topics.INSTRUCTION, topics.STOP, topics.CANCEL),
         tick_hz=10.0,
         lockstep=False,
         purpose="shows the belief and takes instructions",
@@ -95,3 +158,15 @@ def process_named(name: str) -> Process:
             return process
     valid = ", ".join(process.name for process in PROCESSES)
     raise UnknownServiceError(f"unknown service {name!r}; services are: {valid}")
+
+
+def mermaid(processes: tuple[Process, ...] = PROCESSES) -> str:
+    """A Mermaid flow chart: processes as boxes, topics as arrows between them."""
+    lines = ["graph LR"]
+    lines += [f'  {p.name}["{p.name}<br/>{p.purpose}"]' for p in processes]
+    for source in processes:
+        for target in processes:
+            shared = [topic.key for topic in source.publishes if topic in target.listens]
+            if shared and source is not target:
+                lines.append(f"  {source.name} -->|{'<br/>'.join(shared)}| {target.name}")
+    return "\n".join(lines)

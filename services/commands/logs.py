@@ -28,7 +28,7 @@ def record(out: Path | None = None, realm: str = "default") -> int:
     target = out or log_path(info.run, Path("runs"))
     run = msgspec.structs.replace(info.run, log=str(target.resolve()))
     say(f"recording to {target}; end with Ctrl-C")
-    run_process(process_named("recorder"), run, info.endpoint, supervised=False)
+    run_process(process_named("recorder"), run, info.endpoint)
     return 0
 
 

@@ -10,7 +10,7 @@ from schemas import topics as topic_table
 from schemas.codec import as_builtins
 from schemas.health import SystemStatus
 from services.commands.output import print_json, print_table
-from services.process_table import PROCESSES
+from services.process_table import mermaid
 
 _columns = ("service", "state", "pid", "age s", "handled", "busy", "ms", "lost", "replaced")
 
@@ -33,7 +33,10 @@ def status(json: bool = False, realm: str = "default") -> int:
     print(f"{now.robot} in {now.world}, realm {now.realm}: {'ready' if now.ready else 'starting'}")
     if address:
         print(f"page: {address}")
-    print_table((*_columns, "malformed", "restarts", "detail"), _health_rows(now))
+    print_table((*_columns, "bad", "restarts"), _health_rows(now))
+    for row in now.services:
+        if row.detail:
+            print(f"{row.name}: {row.detail}")
     for fault in now.faults:
         print(f"fault: {fault.node}: {fault.what}: {fault.detail}")
     return 0
@@ -65,9 +68,7 @@ def topics(json: bool = False) -> int:
 
 def graph() -> int:
     """The processes and what flows between them, as a Mermaid diagram."""
-    from services.runtime.graph import mermaid
-
-    print(mermaid(PROCESSES))
+    print(mermaid())
     return 0
 
 
@@ -148,5 +149,4 @@ def _health_rows(now: SystemStatus) -> Iterator[tuple[object, ...]]:
             row.replaced,
             row.malformed,
             row.restarts,
-            row.detail,
         )

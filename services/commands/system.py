@@ -4,7 +4,6 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-import msgspec
 import tyro
 
 from schemas.errors import MissingComponentError, UserError
@@ -106,33 +105,20 @@ def service(
     name: Annotated[str, tyro.conf.Positional],
     config: Path | None = None,
     connect: str | None = None,
-    supervised: Annotated[bool, tyro.conf.Suppress] = False,
-    stepped: Annotated[bool, tyro.conf.Suppress] = False,
 ) -> int:
     """Run one service in the foreground.
 
     Args:
         name: as in 'incognita graph'.
         config: file with the run's settings; without one those of the local default realm.
-        connect: the hub's endpoint; without one the local default realm's.
-        supervised: end when the starting process ends.
-        stepped: take time from messages and report each handled one, for tests.
+        connect: the hub's endpoint; without one the local hub of the settings' realm.
     """
-    from services.runtime.process import run_process
+    from services.runtime.process import read_settings, run_process
     from services.runtime.run_directory import RunDirectory
 
     process = process_named(name)
-    directory = RunDirectory.of(RunConfig().realm)
-    if config is None:
-        config = directory.config_file
-    if not config.is_file():
-        raise UserError(f"{config}: no such settings file; 'incognita up' writes one")
-    try:
-        run = msgspec.json.decode(config.read_bytes(), type=RunConfig)
-    except msgspec.DecodeError as error:
-        raise UserError(f"{config}: {error}") from error
-    endpoint = connect or RunDirectory.of(run.realm).endpoint
-    run_process(process, run, endpoint, supervised=supervised, stepped=stepped)
+    run = read_settings(config or RunDirectory.of(RunConfig().realm).config_file)
+    run_process(process, run, connect or RunDirectory.of(run.realm).endpoint)
     return 0
 
 

@@ -15,9 +15,9 @@ from schemas.topics import Handlers
 
 
 class Node(Protocol):
-    """One service. It is built from a `RunConfig` and a generator of its own."""
-
-    def __init__(self, run: RunConfig, rng: np.random.Generator) -> None: ...
+    """One service. `services.runtime.worker.build_node` calls its class with a `RunConfig` and a
+    generator of its own.
+    """
 
     def handlers(self) -> Handlers:
         """What the node listens to. Asked once."""

@@ -1,20 +1,32 @@
-"""One service in the foreground: what a child of the supervisor, or a person, starts."""
+"""One service in the foreground: what a person starts, or a supervisor as its child.
+
+As a child: `python -m services.runtime.process NAME CONFIG ENDPOINT`.
+"""
 
 import ctypes
 import os
 import signal
+import sys
 import threading
+from pathlib import Path
 
+import msgspec
+
+from schemas.errors import MissingComponentError, UserError
 from schemas.run import RunConfig
-from services.process_table import Process
+from services.process_table import Process, process_named
 from services.runtime.wire import Bus
 from services.runtime.worker import Worker, build_node
 
 _pr_set_pdeathsig = 1
 
 
+MISSING_COMPONENT = 5
+"""Exit code of a service that this machine cannot run; it is not restarted."""
+
+
 def run_process(
-    process: Process, run: RunConfig, endpoint: str, *, supervised: bool, stepped: bool = False
+    process: Process, run: RunConfig, endpoint: str, *, stepped: bool = False
 ) -> None:
     """Serve until SIGTERM or Ctrl-C.
 
@@ -22,8 +34,6 @@ def run_process(
         NoSystemError: no hub at the endpoint.
         MissingComponentError: this machine cannot run the node.
     """
-    if supervised:
-        _die_with_parent()
     stop = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda _number, _frame: stop.set())
@@ -32,9 +42,41 @@ def run_process(
         Worker(process, node, bus, stepped=stepped).run(stop)
 
 
+def read_settings(config: Path) -> RunConfig:
+    """The run's settings that a supervisor wrote.
+
+    Raises:
+        UserError: no such file, or it is something else.
+    """
+    if not config.is_file():
+        raise UserError(f"{config}: no such settings file; 'incognita up' writes one")
+    try:
+        return msgspec.json.decode(config.read_bytes(), type=RunConfig)
+    except msgspec.DecodeError as error:
+        raise UserError(f"{config}: {error}") from error
+
+
+def main() -> int:
+    """What a supervisor's child does."""
+    name, config, endpoint, *flags = sys.argv[1:]
+    _die_with_parent()
+    try:
+        run_process(
+            process_named(name), read_settings(Path(config)), endpoint, stepped="stepped" in flags
+        )
+    except MissingComponentError as error:
+        print(error, file=sys.stderr)
+        return MISSING_COMPONENT
+    return 0
+
+
 def _die_with_parent() -> None:
     """An orphan would hold ports and drive on; the kernel ends it with its supervisor."""
     parent = os.getppid()
     ctypes.CDLL(None).prctl(_pr_set_pdeathsig, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(1)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

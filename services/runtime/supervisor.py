@@ -26,11 +26,9 @@ from schemas.run import RunConfig
 from services.process_table import Process
 from services.runtime import clock
 from services.runtime.mailbox import Mailbox, Sample
+from services.runtime.process import MISSING_COMPONENT
 from services.runtime.run_directory import RunDirectory
 from services.runtime.wire import Bus
-
-MISSING_COMPONENT = 5
-"""Exit code of a service that this machine cannot run; it is not restarted."""
 
 _hung_after_s = 6.0
 _ready_within_s = 90.0
@@ -143,6 +141,10 @@ class Supervisor:
         for service in self._services.values():
             service.state = ServiceState.STOPPED
 
+    def output_of(self, service: Service) -> str:
+        """File with what a service wrote."""
+        return str(self._directory.output_file(service.name))
+
     def pids(self) -> dict[str, int]:
         """Process numbers of the living services."""
         return {
@@ -167,8 +169,8 @@ class Supervisor:
     def _command(self, service: Service) -> list[str]:
         config = str(self._directory.config_file)
         return [
-            *(sys.executable, "-m", "services.cli", "service", service.name),
-            *("--config", config, "--connect", self._directory.endpoint, "--supervised"),
+            *(sys.executable, "-m", "services.runtime.process", service.name),
+            *(config, self._directory.endpoint),
         ]
 
     def _look_after(self, service: Service) -> None:

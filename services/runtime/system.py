@@ -13,7 +13,7 @@ from pathlib import Path
 import msgspec
 
 from schemas import topics
-from schemas.errors import MissingComponentError
+from schemas.errors import InternalFaultError, MissingComponentError
 from schemas.language import Instruction
 from schemas.run import RunConfig
 from schemas.task import InstructionStatus, TaskState
@@ -165,7 +165,10 @@ class System:
                 raise MissingComponentError(supervisor.missing_component)
             if supervisor.failed is not None:
                 failed = supervisor.failed
-                raise RuntimeError(f"{failed.name} failed for good: {failed.detail}")
+                raise InternalFaultError(
+                    f"{failed.name} failed for good: {failed.detail} "
+                    f"(its output: {supervisor.output_of(failed)})"
+                )
             if supervisor.ready and not announced:
                 announced = True
                 on_ready()

@@ -36,10 +36,16 @@ class Tap(Protocol):
 
 
 def build_node(process: Process, run: RunConfig) -> Node:
-    """Import and construct the node of a process."""
+    """Import and construct the node of a process, and hold it to its row of the table."""
     module, name = process.node.split(":")
     node_class: Callable[..., Node] = getattr(import_module(module), name)
-    return node_class(run, node_generator(run, process.name))
+    node = node_class(run, node_generator(run, process.name))
+    if not isinstance(node, Tap):
+        handled = {topic.key for topic in node.handlers()}
+        differing = handled ^ {topic.key for topic in process.listens}
+        if differing:
+            raise ValueError(f"{process.name}: row and handlers differ in {sorted(differing)}")
+    return node
 
 
 class Worker:

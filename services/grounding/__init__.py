@@ -1,0 +1,1 @@
+"""Language as a sensor: parse, annotation inference and behaviour inference (paper, sec:nlu)."""

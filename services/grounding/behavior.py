@@ -1,0 +1,193 @@
+"""Behaviour inference: which objects of a map hypothesis an intent is about (paper, sec:nlu).
+
+For one intent in classes, a behaviour of Γ^{A_O} is a (figure, landmark) pair of objects of those
+classes.  One instruction means at most one pair, and the Bernoulli variables of the factor graph,
+conditioned on at most one being true, are a softmax over the pairs and "none" with logit zero.  The
+mass of "none" is kept: it is the reason to explore.  All particles are done at once, as ragged
+columns; no value depends on another particle's objects.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from services.grounding.spatial import GAP, ROBOT_GAP, Placement, is_exhaustive, truth, viewer_frame
+from services.grounding.symbols import ROBOT
+from services.grounding.understanding import UNKNOWN, Intent
+from services.grounding.world import WorldObjects
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+NONE = -1
+"""Index where there is no object: the robot itself, no landmark, or one the map lacks."""
+
+TRUTH_EDGES = np.array([0.1, 0.3, 0.5, 0.7, 0.9, 0.97])
+PAIR_FEATURES = (
+    "pair",
+    *(f"direction truth {bin_}" for bin_ in range(len(TRUTH_EDGES) + 1)),
+    *(f"distance truth {bin_}" for bin_ in range(len(TRUTH_EDGES) + 1)),
+    "nearest",
+    "second nearest",
+    "farther",
+    "no relation",
+    "robot placed",
+    "landmark missing",
+    "only one of its class",
+    "hypothesised",
+)
+_COLUMN = {name: at for at, name in enumerate(PAIR_FEATURES)}
+_ROBOT_EXTENT = 1.0
+"""Edge of the robot's own bounding box as a landmark [m]."""
+
+
+@dataclass(frozen=True)
+class Objects:
+    """The objects of P hypotheses joined: M rows, grouped by hypothesis."""
+
+    classes: Ints
+    positions: Floats
+    half_edges: Floats
+    """Mean horizontal half edge [m] (M,)."""
+    observed: NDArray[np.bool_]
+    world: Ints
+    """Hypothesis of each row (M,)."""
+    starts: Ints
+    """First row of each hypothesis (P,)."""
+    viewers: Floats
+    """x, y, heading by hypothesis (P, 3)."""
+
+    @classmethod
+    def join(cls, worlds: Sequence[WorldObjects]) -> "Objects":
+        """Puts the columns of all hypotheses below one another."""
+        counts = np.array([len(world.classes) for world in worlds], dtype=np.int64)
+        extents = np.concatenate([world.extents for world in worlds])
+        return cls(
+            classes=np.concatenate([world.classes for world in worlds]),
+            positions=np.concatenate([world.positions for world in worlds])[:, :2],
+            half_edges=0.25 * (extents[:, 0] + extents[:, 1]),
+            observed=np.concatenate([world.observed for world in worlds]),
+            world=np.repeat(np.arange(len(worlds)), counts),
+            starts=np.cumsum(counts) - counts,
+            viewers=np.array([world.viewer for world in worlds]),
+        )
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Candidate (figure, landmark) pairs of all hypotheses, grouped by hypothesis."""
+
+    world: Ints
+    figure: Ints
+    """Row of `Objects`, or NONE for the robot itself."""
+    landmark: Ints
+    """Row of `Objects`, or NONE."""
+
+
+def candidates(intent: Intent, objects: Objects, names: Sequence[str]) -> Pairs:
+    """All pairs of the intent's classes; the landmark is NONE where a map lacks it."""
+    worlds = len(objects.viewers)
+    if intent.object == ROBOT:
+        figures, figure_world = np.full(worlds, NONE), np.arange(worlds)
+    else:
+        figures = np.flatnonzero(objects.classes == _index(intent.object, names))
+        figure_world = objects.world[figures]
+    landmarks = np.flatnonzero(objects.classes == _index(intent.landmark, names))
+    counts = np.bincount(objects.world[landmarks], minlength=worlds)
+    firsts = np.cumsum(counts) - counts
+    repeats = np.maximum(counts, 1)[figure_world]
+    within = np.arange(repeats.sum()) - np.repeat(np.cumsum(repeats) - repeats, repeats)
+    world, figure = np.repeat(figure_world, repeats), np.repeat(figures, repeats)
+    landmark = np.full(len(world), NONE)
+    has = counts[world] > 0
+    landmark[has] = landmarks[firsts[world[has]] + within[has]]
+    distinct = (figure != landmark) | (figure == NONE)
+    return Pairs(world[distinct], figure[distinct], landmark[distinct])
+
+
+def _index(name: str, names: Sequence[str]) -> int:
+    return names.index(name) if name not in (ROBOT, UNKNOWN) else NONE
+
+
+def place(intent: Intent, pairs: Pairs, objects: Objects) -> Placement:
+    """Figures against their landmarks in the viewer's frame; the robot stands at the viewer."""
+    viewer = objects.viewers[pairs.world]
+    figure = _positions(pairs.figure, viewer, objects)
+    landmark = _positions(pairs.landmark, viewer, objects)
+    heading = np.stack([np.cos(viewer[:, 2]), np.sin(viewer[:, 2])], axis=1)
+    sight = np.where((pairs.landmark == NONE)[:, None], heading, landmark - viewer[:, :2])
+    along, across = viewer_frame(figure - landmark, sight)
+    figure_half, landmark_half = _half(pairs.figure, objects), _half(pairs.landmark, objects)
+    gap = np.where(intent.landmark == ROBOT, ROBOT_GAP, np.full(len(along), GAP))
+    touch = figure_half + landmark_half
+    return Placement(along, across, touch, gap, landmark_half - figure_half)
+
+
+def _positions(rows: Ints, viewer: Floats, objects: Objects) -> Floats:
+    if not len(objects.positions):
+        return viewer[:, :2]
+    return np.where((rows == NONE)[:, None], viewer[:, :2], objects.positions[rows])
+
+
+def _half(rows: Ints, objects: Objects) -> Floats:
+    if not len(objects.half_edges):
+        return np.full(len(rows), 0.5 * _ROBOT_EXTENT)
+    return np.where(rows == NONE, 0.5 * _ROBOT_EXTENT, objects.half_edges[rows])
+
+
+def features(intent: Intent, pairs: Pairs, objects: Objects) -> NDArray[np.bool_]:
+    """Binary features of every pair, columns as in `PAIR_FEATURES`."""
+    table = np.zeros((len(pairs.world), len(PAIR_FEATURES)), dtype=np.bool_)
+    rows = np.arange(len(table))
+    table[:, _COLUMN["pair"]] = True
+    missing = (pairs.landmark == NONE) & (intent.landmark not in (ROBOT, UNKNOWN))
+    table[missing, _COLUMN["landmark missing"]] = True
+    if intent.object == ROBOT:
+        table[~missing, _COLUMN["robot placed"]] = True
+    elif intent.relation == UNKNOWN:
+        table[~missing, _COLUMN["no relation"]] = True
+    elif intent.comparative:
+        rank = np.minimum(_ranks(pairs, place(intent, pairs, objects)), 2)
+        columns = _COLUMN["nearest"] + rank
+        table[rows[~missing], columns[~missing]] = True
+    else:
+        # Anything far off is "away": such a degree says less than the same degree of "behind".
+        first = _COLUMN[
+            "distance truth 0" if is_exhaustive(intent.relation) else "direction truth 0"
+        ]
+        bins = np.digitize(truth(intent.relation, place(intent, pairs, objects)), TRUTH_EDGES)
+        table[rows[~missing], (first + bins)[~missing]] = True
+    _describe_sought(table, pairs, objects)
+    return table
+
+
+def _describe_sought(table: NDArray[np.bool_], pairs: Pairs, objects: Objects) -> None:
+    """Describes what is searched for: the figure, or the landmark of a place for the robot."""
+    sought = np.where(pairs.figure == NONE, pairs.landmark, pairs.figure)
+    found = np.flatnonzero(sought != NONE)
+    seen_in = objects.world[np.unique(sought[found])]
+    per_world = np.bincount(seen_in, minlength=len(objects.viewers))
+    table[found, _COLUMN["only one of its class"]] = per_world[pairs.world[found]] == 1
+    table[found, _COLUMN["hypothesised"]] = ~objects.observed[sought[found]]
+
+
+def _ranks(pairs: Pairs, placement: Placement) -> Ints:
+    """Rank by distance of each figure among the figures of its hypothesis and landmark."""
+    order = np.lexsort((placement.distance, pairs.landmark, pairs.world))
+    group = np.stack([pairs.world, pairs.landmark])[:, order]
+    first = np.ones(len(order), dtype=np.bool_)
+    first[1:] = (group[:, 1:] != group[:, :-1]).any(axis=0)
+    at = np.arange(len(order))
+    ranks = np.empty(len(order), dtype=np.int64)
+    ranks[order] = at - np.maximum.accumulate(np.where(first, at, 0))
+    return ranks
+
+
+def pair_probabilities(logits: Floats, world: Ints, worlds: int) -> tuple[Floats, Floats]:
+    """Softmax over each hypothesis's pairs and "none": (of every pair, of none by hypothesis)."""
+    odds: Floats = np.exp(np.minimum(logits, 50.0))
+    totals: Floats = np.bincount(world, weights=odds, minlength=worlds).astype(np.float64)
+    none: Floats = 1.0 / (1.0 + totals)
+    return odds * none[world], none

@@ -1,0 +1,153 @@
+"""Between the columns of messages and the grounding core."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.belief import MapBelief
+from schemas.language import (
+    Annotation,
+    Annotations,
+    Behaviors,
+    BehaviorSymbol,
+    Instruction,
+    Relation,
+)
+from services.grounding.model import Behavior, BehaviorDistribution
+from services.grounding.understanding import Intent, Understanding
+from services.grounding.world import WorldObjects
+
+_shared = -1
+"""`MapBelief.particle` of objects that were seen."""
+_none = -1
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """One particle's map: its objects, and their ids in the belief."""
+
+    world: WorldObjects
+    nodes: NDArray[np.int32]
+    """Ids (N,), in the order of the world's columns."""
+
+
+def annotations_message(
+    instruction: Instruction, understanding: Understanding, implied: BehaviorDistribution
+) -> Annotations:
+    """What the others need to know of an understanding."""
+    return Annotations(
+        stamp_ns=instruction.stamp_ns,
+        instruction_id=instruction.id,
+        text=instruction.text,
+        understood=understanding.understood,
+        parse=understanding.parse,
+        parse_probability=understanding.parse_probability,
+        annotations=tuple(
+            Annotation(
+                probability=one.probability,
+                objects=one.objects,
+                relations=tuple(Relation(*relation) for relation in one.relations),
+            )
+            for one in understanding.annotations
+        ),
+        behaviors=tuple(_symbol(one) for one in implied.behaviors),
+        unknown_words=understanding.unknown_words,
+        question=understanding.question,
+        possible=understanding.possible,
+    )
+
+
+def hypotheses(belief: MapBelief, names: Sequence[str]) -> list[Hypothesis]:
+    """The belief's particles one by one: what was seen, and what each imagines.
+
+    Args:
+        belief: as published.
+        names: classes in the order the grounding model counts them; objects of other classes
+            are left out.
+    """
+    index = {name: at for at, name in enumerate(names)}
+    known = np.array([index.get(name, _none) for name in belief.classes], dtype=np.int64)
+    classes = known[belief.class_index]
+    viewer = np.array([belief.viewer.x, belief.viewer.y, belief.viewer.yaw])
+    seen = belief.particle == _shared
+    return [
+        _hypothesis(belief, classes, (seen | (belief.particle == at)) & (classes != _none), viewer)
+        for at in range(len(belief.weights))
+    ]
+
+
+def behaviors_message(
+    belief: MapBelief,
+    intent: Intent,
+    worlds: Sequence[Hypothesis],
+    grounded: Sequence[BehaviorDistribution],
+) -> Behaviors:
+    """Behaviours of all particles as columns; other readings count as "nothing fits"."""
+    rows = [
+        (particle, _node(worlds[particle], one.object_index), landmark, probability)
+        for particle, distribution in enumerate(grounded)
+        for one, landmark, probability in _of_intent(distribution, intent, worlds[particle])
+    ]
+    fitting = np.zeros(len(grounded))
+    for particle, _, _, probability in rows:
+        fitting[particle] += probability
+    particles, nodes, landmarks, probabilities = zip(*rows, strict=True) if rows else ([],) * 4
+    return Behaviors(
+        stamp_ns=belief.stamp_ns,
+        instruction_id=belief.instruction_id,
+        particle=np.array(particles, dtype=np.int32),
+        node=np.array(nodes, dtype=np.int32),
+        landmark=np.array(landmarks, dtype=np.int32),
+        probability=np.array(probabilities, dtype=np.float64),
+        nothing_fits=np.clip(1.0 - fitting, 0.0, 1.0),
+        action=intent.action,
+        mode=intent.mode,
+        relation=intent.relation,
+        comparative=intent.comparative,
+    )
+
+
+def _hypothesis(
+    belief: MapBelief,
+    classes: NDArray[np.int64],
+    rows: NDArray[np.bool_],
+    viewer: NDArray[np.float64],
+) -> Hypothesis:
+    positions = np.column_stack([belief.position[rows], np.zeros(rows.sum())])
+    world = WorldObjects(
+        classes=classes[rows],
+        positions=positions,
+        extents=belief.extent[rows],
+        observed=belief.particle[rows] == _shared,
+        viewer=viewer,
+    )
+    return Hypothesis(world, belief.node[rows])
+
+
+def _of_intent(
+    distribution: BehaviorDistribution, intent: Intent, hypothesis: Hypothesis
+) -> list[tuple[Behavior, int, float]]:
+    wanted = (intent.action, intent.object, intent.relation, intent.comparative)
+    return [
+        (one, _node(hypothesis, one.landmark_index), one.probability)
+        for one in distribution.behaviors
+        if (one.action, one.object, one.relation, one.comparative) == wanted
+    ]
+
+
+def _node(hypothesis: Hypothesis, row: int) -> int:
+    return int(hypothesis.nodes[row]) if row >= 0 else _none
+
+
+def _symbol(one: Behavior) -> BehaviorSymbol:
+    return BehaviorSymbol(
+        probability=one.probability,
+        action=one.action,
+        object=one.object,
+        mode=one.mode,
+        relation=one.relation,
+        landmark=one.landmark,
+        comparative=one.comparative,
+    )

@@ -1,0 +1,1 @@
+"""Fits the grounding model's weights to an annotated corpus."""

@@ -1,0 +1,106 @@
+"""Mapping as a node: sensors and language in, the distribution over maps out."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from robots.catalogue import get_robot
+from schemas import topics
+from schemas.belief import MapBelief, OccupancyGrid
+from schemas.geometry import Pose2
+from schemas.language import Annotations
+from schemas.perception import Detections
+from schemas.run import RunConfig
+from schemas.sensing import LaserScan, Odometry
+from schemas.topics import Handlers, Output
+from services.mapping.annotations import readings_of
+from services.mapping.belief import belief_of, restore
+from services.mapping.filter import SemanticFilter
+from services.mapping.odometer import OdometryNoise
+
+_grid_period_ns = 500_000_000
+
+
+class MappingNode:
+    """Publishes a belief after every picture and utterance, and the grid twice a second."""
+
+    def __init__(self, run: RunConfig, rng: np.random.Generator) -> None:
+        robot = get_robot(run.robot)
+        classes, reach = robot.symbols.object_classes, robot.camera.range_max
+        self._filter = SemanticFilter(classes, reach, run.particles, rng)
+        self._odom_from_base = Pose2(0.0, 0.0, 0.0)
+        self._instruction_id = ""
+        self._last_picture_ns = -1
+        self._last_grid_ns: int | None = None
+
+    def handlers(self) -> Handlers:
+        """See `services.runtime.node.Node`."""
+        return {
+            topics.ODOMETRY: self.on_odometry,
+            topics.SCAN: self.on_scan,
+            topics.DETECTIONS: self.on_detections,
+            topics.ANNOTATIONS: self.on_annotations,
+        }
+
+    def resume(self) -> Handlers:
+        """See `services.runtime.node.Resumable`."""
+        return {topics.BELIEF: self.on_own_belief, topics.GRID: self.on_own_grid}
+
+    def on_odometry(self, message: Odometry) -> Iterable[Output]:
+        """Follow dead reckoning."""
+        noise = OdometryNoise(message.variance_per_metre, message.variance_per_radian)
+        self._odom_from_base = message.odom_from_base
+        self._filter.move(message.odom_from_base, noise)
+        return ()
+
+    def on_scan(self, message: LaserScan) -> Iterable[Output]:
+        """Enter the scan into the grid; publish that twice a second."""
+        self._filter.scan(message)
+        last = self._last_grid_ns
+        if last is not None and 0 <= message.stamp_ns - last < _grid_period_ns:
+            return ()
+        self._last_grid_ns = message.stamp_ns
+        return (topics.GRID.of(self._filter.grid.message(message.stamp_ns)),)
+
+    def on_detections(self, message: Detections) -> Iterable[Output]:
+        """One step of the filter; pictures that come late or twice are no new evidence."""
+        if message.stamp_ns <= self._last_picture_ns:
+            return ()
+        self._last_picture_ns = message.stamp_ns
+        self._odom_from_base = message.odom_from_base
+        self._filter.observe(message)
+        return self._belief(message.stamp_ns)
+
+    def on_annotations(self, message: Annotations) -> Iterable[Output]:
+        """Take an utterance as evidence, once."""
+        readings = readings_of(message, self._filter.classes)
+        known = message.instruction_id == self._instruction_id
+        if not readings or (known and self._filter.readings):
+            return ()
+        if known:
+            self._filter.recall(readings)
+        else:
+            self._instruction_id = message.instruction_id
+            self._filter.hear(readings, self._odom_from_base)
+        return self._belief(message.stamp_ns)
+
+    def on_own_belief(self, message: MapBelief) -> Iterable[Output]:
+        """Take up the belief that this process published before it was killed."""
+        restore(self._filter, message)
+        self._instruction_id = message.instruction_id
+        self._last_picture_ns = message.stamp_ns
+        self._odom_from_base = message.map_from_odom.inverse() @ message.map_from_base
+        return ()
+
+    def on_own_grid(self, message: OccupancyGrid) -> Iterable[Output]:
+        """Take up the grid that this process published before it was killed."""
+        self._filter.grid.restore(message)
+        self._last_grid_ns = message.stamp_ns
+        return ()
+
+    def _belief(self, stamp_ns: int) -> Iterable[Output]:
+        if self._instruction_id and not self._filter.readings:
+            # After a restart, until the utterance is known again, the last belief stands.
+            return ()
+        belief = belief_of(self._filter, stamp_ns, self._instruction_id, self._odom_from_base)
+        return (topics.BELIEF.of(belief),)

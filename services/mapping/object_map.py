@@ -1,0 +1,118 @@
+"""The things that were seen, and their life from a first detection to a place in the map."""
+
+import numpy as np
+
+from schemas.arrays import Floats
+from services.mapping.association import associate
+from services.mapping.objects import ObjectColumns, TrackedObject, columns, first_seen
+from services.mapping.sensing import Picture
+from services.mapping.visibility import View
+
+_missed_odds = -0.3
+_missed_candidate_odds = -0.7
+_gone_odds = -2.0
+_forget_after = 30
+_near_share = 0.6
+"""A known thing is called missed only within this share of the trusted range."""
+
+
+class ObjectMap:
+    """Confirmed objects and candidates; data association is shared by all particles."""
+
+    def __init__(self, classes: int) -> None:
+        self._classes = classes
+        self._things: list[TrackedObject] = []
+        self._next = 0
+
+    @property
+    def confirmed(self) -> list[TrackedObject]:
+        """What is in the map, in the order of being found."""
+        return [thing for thing in self._things if thing.confirmed]
+
+    @property
+    def columns(self) -> ObjectColumns:
+        """The map's objects as arrays."""
+        return columns(self.confirmed, self._classes)
+
+    def integrate(self, picture: Picture) -> tuple[list[tuple[int, int]], bool]:
+        """Take in detections.
+
+        Returns:
+            (object id, detection) of each confirmed object that was seen, and whether any of
+            them is new to the map.
+        """
+        known = list(self._things)
+        new = False
+        seen: list[tuple[int, int]] = []
+        for detection, index in enumerate(associate(picture, known).tolist()):
+            if index == -1:
+                self._things.append(self._first(picture, detection))
+            elif index >= 0:
+                new |= self._hit(known[index], picture, detection)
+                if known[index].confirmed:
+                    seen.append((known[index].number, detection))
+        return seen, new
+
+    def miss(self, picture: Picture, view: View) -> bool:
+        """Lower the existence of what should have been seen; True if something left the map."""
+        if not self._things:
+            return False
+        local = picture.map_from_base.inverse().apply(self._means())
+        distance = np.hypot(local[:, 0], local[:, 1])
+        radii = np.array([thing.radius for thing in self._things])
+        trust = [_near_share if thing.confirmed else 1.0 for thing in self._things]
+        near = distance < np.array(trust) * view.reach
+        shown = near & view.shows(distance - radii - 0.1, np.arctan2(local[:, 1], local[:, 0]))
+        for thing, plain in zip(self._things, shown.tolist(), strict=True):
+            self._overlooked(thing, plain)
+        return self._forget()
+
+    def moved(self, estimates: dict[int, tuple[Floats, Floats]]) -> None:
+        """Take means (2,) and covariances (2, 2) by id from the pose graph."""
+        for thing in self.confirmed:
+            if thing.number in estimates:
+                thing.mean, thing.covariance = estimates[thing.number]
+
+    def restore(self, thing: TrackedObject) -> None:
+        """Put back an object of an earlier life of the process."""
+        self._things.append(thing)
+        self._next = max(self._next, thing.number + 1)
+
+    def _means(self) -> Floats:
+        return np.array([thing.mean for thing in self._things])
+
+    def _first(self, picture: Picture, detection: int) -> TrackedObject:
+        return first_seen(
+            picture.points[detection],
+            picture.covariances[detection],
+            picture.class_probability[detection],
+            picture.extents[detection],
+            self._classes,
+        )
+
+    def _hit(self, thing: TrackedObject, picture: Picture, detection: int) -> bool:
+        gain = thing.covariance @ np.linalg.inv(thing.covariance + picture.covariances[detection])
+        thing.mean = thing.mean + gain @ (picture.points[detection] - thing.mean)
+        thing.covariance = thing.covariance - gain @ thing.covariance + 1e-3 * np.eye(2)
+        thing.hit(picture.class_probability[detection], picture.extents[detection])
+        thing.seen_with = picture.uncertainty
+        if thing.confirmed or not thing.worthy:
+            return False
+        thing.number, self._next = self._next, self._next + 1
+        return True
+
+    def _overlooked(self, thing: TrackedObject, plain: bool) -> None:
+        thing.unseen += 1
+        if plain and thing.unseen > 1:
+            thing.odds += _missed_odds if thing.confirmed else _missed_candidate_odds
+
+    def _forget(self) -> bool:
+        kept = [thing for thing in self._things if not _hopeless(thing)]
+        lost = len([t for t in kept if t.confirmed]) < len(self.confirmed)
+        self._things = kept
+        return lost
+
+
+def _hopeless(thing: TrackedObject) -> bool:
+    stale = thing.unseen > _forget_after and not thing.confirmed
+    return stale or thing.odds < _gone_odds

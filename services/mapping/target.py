@@ -1,0 +1,165 @@
+"""How well a hypothesis fits all evidence: the density that the particles sample.
+
+For a reading with figure class h, relation and landmark class c, in logs:
+
+    p0(l) + p_rel(f | l)
+    + [l seen: P(class = c) existence / rho,  l hypothesised: missed(l)]
+    + [f seen: P(class = h) existence / rho,  f hypothesised: missed(f)]
+    + [comparative, and a competitor is nearer: 0.01]
+
+rho, the density of unrelated objects, is the concentration of the Dirichlet process of Section
+"Modifying the graph based on natural language"; `missed` is Eq. likelihood_appearance for the
+regions that nobody observed, landmarks as well as figures.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from schemas.arrays import Flags, Floats, Ints
+from schemas.geometry import Pose2
+from services.mapping import prior, relations
+from services.mapping.annotations import Reading
+from services.mapping.grid import Grid
+from services.mapping.objects import ObjectColumns
+from services.mapping.particles import Particles
+from services.mapping.relations import Relation
+
+_impossible = -30.0
+_competitor = float(np.log(0.01))
+_same_place = 0.5
+"""A thing nobody saw is not where another thing was seen [m]."""
+_robot_radius = 0.5
+_sigma_points = relations.residual * np.array([[0, 0], [1, 1], [1, -1], [-1, 1], [-1, -1]])
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What all hypotheses are judged by."""
+
+    classes: tuple[str, ...]
+    objects: ObjectColumns
+    grid: Grid
+    viewer: Pose2
+    """map_from_base when the utterance was heard."""
+    readings: tuple[Reading, ...]
+
+
+def log_target(particles: Particles, evidence: Evidence) -> Floats:
+    """Unnormalised log density (P,) of each hypothesis."""
+    values = np.full(len(particles), _impossible)
+    for number, reading in enumerate(evidence.readings):
+        rows = np.flatnonzero(particles.reading == number).astype(np.int32)
+        values[rows] = _of_reading(particles.take(rows), reading, evidence)
+    return values
+
+
+def placed(particles: Particles, objects: ObjectColumns) -> Particles:
+    """The same hypotheses with seen figures and landmarks where they are now."""
+    return replace(
+        particles,
+        figure_position=_positions(particles.figure, particles.figure_position, objects),
+        landmark_position=_positions(particles.landmark, particles.landmark_position, objects),
+    )
+
+
+def missed(points: Floats, evidence: Evidence) -> Floats:
+    """Log probability (n,) that a thing around each point (n, 2) was not seen all the while."""
+    looks = evidence.grid.looked_at(points[:, None] + _sigma_points)
+    free = np.log(np.mean(np.exp(looks), axis=1))
+    if not len(evidence.objects.number):
+        return free
+    gaps = np.linalg.norm(points[:, None] - evidence.objects.mean, axis=2)
+    taken = np.any(gaps < evidence.objects.radius + _same_place, axis=1)
+    return np.where(taken, free + _competitor, free)
+
+
+def relation_frame(reading: Reading, landmark: Floats, viewer: Pose2) -> relations.Frame:
+    """Frame of the relation at landmarks (n, 2), or at the robot when it is the landmark."""
+    if reading.landmark is None:
+        return relations.frame_of_robot(viewer, len(landmark))
+    return relations.frame_at(landmark, viewer)
+
+
+def radius_of(numbers: Ints, class_index: int | None, evidence: Evidence) -> Floats:
+    """Radii (n,) of things by id: measured for seen ones, typical for others [m]."""
+    if class_index is None:
+        return np.full(len(numbers), _robot_radius)
+    typical = prior.typical_radius(evidence.classes[class_index])
+    seen, row = _rows(numbers, evidence.objects)
+    if not len(evidence.objects.number):
+        return np.full(len(numbers), typical)
+    return np.where(seen, evidence.objects.radius[row], typical)
+
+
+def _of_reading(particles: Particles, reading: Reading, evidence: Evidence) -> Floats:
+    value = reading.log_probability + _standing(
+        particles.figure, particles.figure_position, reading.figure, evidence
+    )
+    if reading.relation is None:
+        return value + prior.log_place(particles.figure_position, evidence.viewer)
+    value += _relation_term(particles, reading, reading.relation, evidence)
+    if reading.landmark is None:
+        return value
+    value += prior.log_place(particles.landmark_position, evidence.viewer) + _standing(
+        particles.landmark, particles.landmark_position, reading.landmark, evidence
+    )
+    value += np.where(particles.figure == particles.landmark, _impossible, 0.0)
+    return value + (_competition(particles, reading, evidence) if reading.comparative else 0.0)
+
+
+def _standing(numbers: Ints, points: Floats, class_index: int, evidence: Evidence) -> Floats:
+    unseen = missed(points, evidence)
+    objects = evidence.objects
+    if not len(objects.number):
+        return unseen
+    seen, row = _rows(numbers, objects)
+    known = objects.class_log[row, class_index] + np.log(objects.existence[row])
+    return np.where(seen, known - np.log(prior.background_density), unseen)
+
+
+def _relation_term(
+    particles: Particles, reading: Reading, relation: Relation, evidence: Evidence
+) -> Floats:
+    radii = radius_of(particles.figure, reading.figure, evidence) + radius_of(
+        particles.landmark, reading.landmark, evidence
+    )
+    figure_seen, _ = _rows(particles.figure, evidence.objects)
+    variance = np.where(figure_seen, relations.residual**2, 0.0)
+    for numbers in (particles.figure, particles.landmark):
+        variance = variance + _variance(numbers, evidence.objects)
+    frame = relation_frame(reading, particles.landmark_position, evidence.viewer)
+    offset = particles.figure_position - particles.landmark_position
+    return relations.log_likelihood(relation, frame, offset, radii, variance)
+
+
+def _variance(numbers: Ints, objects: ObjectColumns) -> Floats:
+    if not len(objects.number):
+        return np.zeros(len(numbers))
+    seen, row = _rows(numbers, objects)
+    return np.where(seen, np.trace(objects.covariance[row], axis1=1, axis2=2) / 2, 0.0)
+
+
+def _competition(particles: Particles, reading: Reading, evidence: Evidence) -> Floats:
+    objects = evidence.objects
+    rival = np.exp(objects.class_log[:, reading.figure]) > 0.5
+    gaps = np.linalg.norm(particles.landmark_position[:, None] - objects.mean, axis=2)
+    own = np.linalg.norm(particles.landmark_position - particles.figure_position, axis=1)
+    other = objects.number[None] != particles.figure[:, None]
+    nearer = rival & other & (objects.number[None] != particles.landmark[:, None])
+    beaten = np.any(nearer & (gaps < own[:, None] - 0.1), axis=1)
+    return np.where(beaten, _competitor, 0.0)
+
+
+def _positions(numbers: Ints, points: Floats, objects: ObjectColumns) -> Floats:
+    if not len(objects.number):
+        return points
+    seen, row = _rows(numbers, objects)
+    return np.where(seen[:, None], objects.mean[row], points)
+
+
+def _rows(numbers: Ints, objects: ObjectColumns) -> tuple[Flags, Ints]:
+    if not len(objects.number):
+        return np.zeros(len(numbers), np.bool_), np.zeros(len(numbers), np.int32)
+    equal = numbers[:, None] == objects.number[None]
+    return equal.any(axis=1), np.argmax(equal, axis=1).astype(np.int32)

@@ -1,0 +1,115 @@
+"""What a metre of driving costs in each place, from the range finder's grid."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from schemas.arrays import Flags, Floats, SignedBytes
+from schemas.belief import OccupancyGrid
+
+cell_size = 0.2
+"""Planning is done on cells of about this size, however fine the grid is [m]."""
+
+occupied_above = 5
+"""Log odds in tenths above which a cell is an obstacle."""
+
+_margin = 6.0
+"""How far a way round may lead outside the box of start and goal [m]."""
+_comfort = 0.6
+"""Beyond the footprint plus this, obstacles cost nothing [m]."""
+_comfort_cost = 3.0
+_unknown_cost = 1.0
+"""Added per metre where nothing was measured: passable, but second choice."""
+_escape_cost = 20.0
+_escape_radius = 0.8
+"""A base that stands too near an obstacle may still drive out of it [m]."""
+
+
+@dataclass(frozen=True)
+class Costmap:
+    """Cost per metre of cells around start and goal, map frame."""
+
+    origin: Floats
+    """Map coordinates of the corner of cell (0, 0), shape (2,) [m]."""
+    resolution: float
+    """[m]"""
+    cost: Floats
+    """(Y, X), at least 1; infinite where the base does not fit."""
+
+    def cell(self, point: Floats) -> tuple[int, int]:
+        """Row and column of the cell that holds a point (2,) [m], clipped to the map."""
+        column, row = np.floor((point - self.origin) / self.resolution).astype(int).tolist()
+        rows, columns = self.cost.shape
+        return min(max(row, 0), rows - 1), min(max(column, 0), columns - 1)
+
+    def centers(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Floats:
+        """Map coordinates of cell centres, shape (N, 2) [m]."""
+        return self.origin + (np.stack([columns, rows], axis=-1) + 0.5) * self.resolution
+
+    def cost_along(self, points: Floats) -> Floats:
+        """Cost per metre at points (N, 2) [m]; infinite outside the map."""
+        columns, rows = np.floor((points - self.origin) / self.resolution).astype(int).T
+        inside = (rows >= 0) & (rows < self.cost.shape[0])
+        inside &= (columns >= 0) & (columns < self.cost.shape[1])
+        values = np.full(len(points), np.inf)
+        values[inside] = self.cost[rows[inside], columns[inside]]
+        return values
+
+
+def costmap_of(grid: OccupancyGrid, start: Floats, goal: Floats, radius: float) -> Costmap:
+    """Costs in a window around `start` and `goal` (2,) for a base of `radius` [m]."""
+    lower = np.minimum(start, goal) - _margin
+    upper = np.maximum(start, goal) + _margin
+    step, window, origin = _window(grid, lower, upper)
+    occupied, unknown = _pooled(window, step)
+    resolution = step * grid.resolution
+    clearance = _clearance(occupied, resolution)
+    nearness = np.clip(1.0 - (clearance - radius) / _comfort, 0.0, 1.0)
+    cost = 1.0 + _comfort_cost * nearness**2 + _unknown_cost * unknown
+    cost[clearance < radius] = np.inf
+    costmap = Costmap(origin, resolution, cost)
+    _open_around(costmap, start, occupied)
+    return costmap
+
+
+def _window(grid: OccupancyGrid, lower: Floats, upper: Floats) -> tuple[int, SignedBytes, Floats]:
+    """Cells of the grid between two corners; what the grid does not cover is unknown."""
+    step = max(1, round(cell_size / grid.resolution))
+    corner = np.array(grid.origin)
+    first = np.floor((lower - corner) / grid.resolution).astype(int)
+    blocks = np.ceil((upper - lower) / (grid.resolution * step)).astype(int)
+    columns, rows = (blocks * step).tolist()
+    window = np.zeros((rows, columns), np.int8)
+    left, bottom = first.tolist()
+    height, width = grid.occupancy.shape
+    y0, y1 = max(bottom, 0), min(bottom + rows, height)
+    x0, x1 = max(left, 0), min(left + columns, width)
+    if y0 < y1 and x0 < x1:
+        part = grid.occupancy[y0:y1, x0:x1]
+        window[y0 - bottom : y1 - bottom, x0 - left : x1 - left] = part
+    return step, window, corner + first * grid.resolution
+
+
+def _pooled(window: SignedBytes, step: int) -> tuple[Flags, Flags]:
+    """Occupied and unknown, of blocks of `step` by `step` cells."""
+    rows, columns = window.shape
+    blocks = window.reshape(rows // step, step, columns // step, step)
+    occupied: Flags = np.any(blocks > occupied_above, axis=(1, 3))
+    known: Flags = np.any(blocks != 0, axis=(1, 3))
+    return occupied, ~known
+
+
+def _clearance(occupied: Flags, resolution: float) -> Floats:
+    """Distance from each cell's centre to the nearest obstacle's near side, about [m]."""
+    if not occupied.any():
+        return np.full(occupied.shape, np.inf)
+    distance = np.asarray(ndimage.distance_transform_edt(~occupied), np.float64)
+    return (distance - 0.5) * resolution
+
+
+def _open_around(costmap: Costmap, start: Floats, occupied: Flags) -> None:
+    rows, columns = np.nonzero(~np.isfinite(costmap.cost) & ~occupied)
+    near = np.hypot(*(costmap.centers(rows, columns) - start).T) < _escape_radius
+    costmap.cost[rows[near], columns[near]] = _escape_cost

@@ -1,0 +1,143 @@
+"""One instruction from its start to its end, in the policy's own terms."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from schemas.arrays import Floats
+from schemas.belief import MapBelief, OccupancyGrid
+from schemas.geometry import Pose2
+from schemas.language import Annotations
+from schemas.task import Failure, Goal, GoalStatus, TaskState
+from services.policy.candidates import Kind
+from services.policy.pacing import Pace, hidden_mass, seen_objects
+from services.policy.policy import BeliefPolicy, Choice, Memory
+from services.policy.referents import Referents
+
+time_limit_s = 300.0
+"""Of message time, pauses by the stop latch not counted [s]."""
+
+_failures_in_a_row = 6
+_missed_by = 0.6
+"""A goal that ended farther off than this was not really reached [m]."""
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How an instruction ended."""
+
+    state: TaskState
+    failure: Failure | None
+    reason: str
+
+
+@dataclass
+class Errand:
+    """What is known about the instruction that is being followed."""
+
+    instruction_id: str
+    text: str
+    started_ns: int
+    mode: str = "unknown"
+    """How to go there: "safely", "quickly" or "unknown"."""
+    decisions: int = 0
+    goal: Goal | None = None
+    """The last one that was sent."""
+    pace: Pace | None = None
+    """None until the first decision of this process."""
+    failures: int = 0
+    """Goals that failed one after the other."""
+    paused_ns: int = 0
+    """Time spent under the stop latch."""
+    refused: list[Floats] = field(default_factory=list[Floats])
+    tried: list[Floats] = field(default_factory=list[Floats])
+
+    @property
+    def memory(self) -> Memory:
+        """What the next decision has to know of the earlier ones."""
+        under_way = self.pace is not None and self.pace.ended_ns is None
+        return Memory(
+            refused=np.array(self.refused).reshape(-1, 2),
+            tried=np.array(self.tried).reshape(-1, 3),
+            current=self.pace.following if self.pace and under_way else None,
+        )
+
+    def goal_ended(self, status: GoalStatus, map_from_base: Pose2) -> None:
+        """Learn how the goal ended; anything but the end of the current goal is ignored."""
+        if self.goal is None or status.goal_id != self.goal.id or self.pace is None:
+            return
+        if status.state is TaskState.ACTIVE or self.pace.ended_ns is not None:
+            return
+        self.pace.ended_ns = status.stamp_ns
+        pose = self.goal.map_from_goal
+        missed = math.hypot(pose.x - map_from_base.x, pose.y - map_from_base.y) > _missed_by
+        if status.state is not TaskState.SUCCEEDED or missed:
+            self.refused.append(np.array([pose.x, pose.y]))
+        self.failures = self.failures + 1 if status.state is TaskState.FAILED else 0
+        self.tried.append(np.array([pose.x, pose.y, pose.yaw]))
+
+    def go_on(self, paused_ns: int) -> None:
+        """After a pause, decide afresh."""
+        self.paused_ns += paused_ns
+        self.pace = None
+
+    def ending_before_choice(self, stamp_ns: int) -> Ending | None:
+        """Whether it is over whatever the policy would choose."""
+        if stamp_ns - self.started_ns - self.paused_ns > time_limit_s * 1e9:
+            reason = f"not done within {time_limit_s:.0f} s"
+            return Ending(TaskState.FAILED, Failure.TIMEOUT, reason)
+        if self.failures >= _failures_in_a_row:
+            reason = f"{self.failures} goals in a row could not be reached"
+            return Ending(TaskState.FAILED, Failure.PLANNER_FAILED, reason)
+        return None
+
+    def choose(
+        self,
+        policy: BeliefPolicy,
+        belief: MapBelief,
+        referents: Referents,
+        grid: OccupancyGrid,
+        map_from_base: Pose2,
+    ) -> Choice | None:
+        """Decide, if it is time to; remembers the circumstances."""
+        goal = policy.goal_of(referents)
+        if self.pace and not self.pace.is_due(belief, referents, map_from_base, goal):
+            return None
+        choice = policy.decide(belief, referents, grid, map_from_base, self.memory)
+        self.decisions += 1
+        following = choice.candidates.take(np.array([choice.chosen], np.int32))
+        hidden = hidden_mass(referents, following)
+        self.pace = Pace(belief.stamp_ns, map_from_base, seen_objects(belief), following, hidden)
+        return choice
+
+
+def ending_at_once(annotations: Annotations) -> Ending | None:
+    """Whether an utterance needs no behaviour at all."""
+    if not annotations.understood:
+        reason = _why_not_understood(annotations)
+        return Ending(TaskState.FAILED, Failure.NOT_UNDERSTOOD, reason)
+    if not annotations.behaviors:
+        return Ending(TaskState.SUCCEEDED, None, "noted")
+    return None
+
+
+def mode_of(annotations: Annotations) -> str:
+    """Mode of the best behaviour."""
+    return annotations.behaviors[0].mode if annotations.behaviors else "unknown"
+
+
+def ending_of(choice: Choice, least_gain: float) -> Ending | None:
+    """Whether a choice ends the instruction: it is to stop, or nothing is left to do."""
+    if choice.kind is not Kind.STOP:
+        if choice.gains[choice.chosen] >= least_gain:
+            return None
+    elif choice.confirmed > 0:
+        return Ending(TaskState.SUCCEEDED, None, "goal confirmed")
+    return Ending(TaskState.FAILED, Failure.NEVER_FOUND, "nothing is left to look at")
+
+
+def _why_not_understood(annotations: Annotations) -> str:
+    if annotations.unknown_words:
+        return f"not understood: {', '.join(annotations.unknown_words)}"
+    return annotations.question or "not understood: it fits nothing that the robot can do"

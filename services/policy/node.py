@@ -1,0 +1,188 @@
+"""The policy as a process: follows one instruction at a time and tells the truth about it."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from robots.catalogue import get_robot
+from schemas import topics
+from schemas.belief import MapBelief, OccupancyGrid
+from schemas.geometry import Pose2
+from schemas.language import Annotations, Behaviors
+from schemas.motion import StopLatch
+from schemas.run import RunConfig
+from schemas.sensing import Odometry
+from schemas.task import CancelRequest, GoalStatus, InstructionStatus, TaskState
+from schemas.topics import Handlers, Output
+from services.policy.errand import Ending, Errand, ending_at_once, ending_of, mode_of
+from services.policy.pairing import Pairing, Reading
+from services.policy.policy import BeliefPolicy, Choice
+from services.policy.reports import decision_of, goal_of, halt, progress, status_of
+from services.policy.rule import load_rule
+
+
+class PolicyNode:
+    """Chooses where to go, and when to stop."""
+
+    def __init__(self, run: RunConfig, rng: np.random.Generator) -> None:
+        del rng  # The policy is deterministic.
+        self._spec = get_robot(run.robot)
+        self._policy = BeliefPolicy(self._spec, load_rule(run.robot))
+        self._errand: Errand | None = None
+        self._pairing = Pairing("", 0)
+        self._ended: set[str] = set()
+        self._grid: OccupancyGrid | None = None
+        self._map_from_odom: Pose2 | None = None
+        self._odom_from_base: Pose2 | None = None
+        self._stopped_ns: int | None = None
+
+    def handlers(self) -> Handlers:
+        """Language, belief and what became of the goals; the belief sets the pace."""
+        return {
+            topics.STOP: self.on_stop,
+            topics.ODOMETRY: self.on_odometry,
+            topics.CANCEL: self.on_cancel,
+            topics.ANNOTATIONS: self.on_annotations,
+            topics.GRID: self.on_grid,
+            topics.BELIEF: self.on_belief,
+            topics.BEHAVIORS: self.on_behaviors,
+            topics.GOAL_STATUS: self.on_goal_status,
+        }
+
+    def resume(self) -> Handlers:
+        """The instruction goes on, and one that has ended does not start again."""
+        return {topics.INSTRUCTION_STATUS: self.on_own_status}
+
+    def on_own_status(self, status: InstructionStatus) -> Iterable[Output]:
+        """Take up an instruction; its next decision is made afresh."""
+        if status.state is TaskState.ACTIVE:
+            self._begin(
+                Errand(
+                    instruction_id=status.instruction_id,
+                    text=status.text,
+                    started_ns=status.started_ns,
+                    decisions=status.decisions,
+                )
+            )
+        else:
+            self._ended.add(status.instruction_id)
+        return ()
+
+    def on_annotations(self, annotations: Annotations) -> Iterable[Output]:
+        """Start an instruction, or say why not."""
+        instruction_id = annotations.instruction_id
+        if self._errand and self._errand.instruction_id == instruction_id:
+            self._errand.mode = mode_of(annotations)
+        elif instruction_id not in self._ended:
+            yield from self._hear(annotations)
+
+    def on_belief(self, belief: MapBelief) -> Iterable[Output]:
+        """Decide, where no behaviours are to be expected."""
+        self._map_from_odom = belief.map_from_odom
+        yield from self._follow(self._pairing.take_belief(belief))
+
+    def on_behaviors(self, behaviors: Behaviors) -> Iterable[Output]:
+        """Decide, once it is known what is meant in each hypothesis."""
+        yield from self._follow(self._pairing.take_behaviors(behaviors))
+
+    def on_grid(self, grid: OccupancyGrid) -> Iterable[Output]:
+        """Use it from the next decision on."""
+        self._grid = grid
+        return ()
+
+    def on_odometry(self, odometry: Odometry) -> Iterable[Output]:
+        """Know where the robot is between beliefs."""
+        self._odom_from_base = odometry.odom_from_base
+        return ()
+
+    def on_goal_status(self, status: GoalStatus) -> Iterable[Output]:
+        """Learn that a goal was reached or given up; the next belief leads to a decision."""
+        pose = self._map_from_base()
+        if self._errand and pose:
+            self._errand.goal_ended(status, pose)
+        return ()
+
+    def on_stop(self, latch: StopLatch) -> Iterable[Output]:
+        """Decide nothing while stopped, and afresh afterwards."""
+        if latch.stopped:
+            self._stopped_ns = self._stopped_ns or latch.stamp_ns
+        elif self._stopped_ns is not None:
+            if self._errand:
+                self._errand.go_on(latch.stamp_ns - self._stopped_ns)
+            self._stopped_ns = None
+        return ()
+
+    def on_cancel(self, request: CancelRequest) -> Iterable[Output]:
+        """Drop the instruction and stand still."""
+        if self._errand:
+            reason = f"cancelled by {request.source}"
+            ending = Ending(TaskState.CANCELLED, None, reason)
+            yield from self._end(self._errand, ending, request.stamp_ns)
+
+    def _hear(self, annotations: Annotations) -> Iterable[Output]:
+        stamp_ns = annotations.stamp_ns
+        heard = Errand(
+            instruction_id=annotations.instruction_id,
+            text=annotations.text,
+            started_ns=stamp_ns,
+            mode=mode_of(annotations),
+        )
+        at_once = ending_at_once(annotations)
+        if at_once is None:
+            if self._errand:
+                replaced = Ending(TaskState.CANCELLED, None, "replaced by a newer instruction")
+                yield from self._end(self._errand, replaced, stamp_ns)
+            self._begin(heard)
+            yield topics.INSTRUCTION_STATUS.of(progress(heard, stamp_ns, "understood"))
+            return
+        self._ended.add(heard.instruction_id)
+        yield topics.INSTRUCTION_STATUS.of(status_of(heard, stamp_ns, at_once))
+        if self._errand:  # The last status is what late joiners see: let it be the one that runs.
+            going_on = progress(self._errand, stamp_ns, "going on")
+            yield topics.INSTRUCTION_STATUS.of(going_on)
+
+    def _follow(self, reading: Reading | None) -> Iterable[Output]:
+        errand, pose = self._errand, self._map_from_base()
+        if errand is None or self._stopped_ns is not None or pose is None:
+            return
+        if reading is None or self._grid is None:
+            return
+        belief, referents = reading
+        over = errand.ending_before_choice(belief.stamp_ns)
+        if over is not None:
+            yield from self._end(errand, over, belief.stamp_ns)
+            return
+        choice = errand.choose(self._policy, belief, referents, self._grid, pose)
+        if choice is not None:
+            yield from self._act(errand, belief, choice)
+
+    def _act(self, errand: Errand, belief: MapBelief, choice: Choice) -> Iterable[Output]:
+        decision = decision_of(errand, belief, choice)
+        yield topics.DECISION.of(decision)
+        over = ending_of(choice, self._policy.rule.least_gain)
+        if over is not None:
+            yield from self._end(errand, over, belief.stamp_ns)
+            return
+        # Before the goal: a restarted policy then never sends a second goal of the same id.
+        status = progress(errand, belief.stamp_ns, decision.reason)
+        yield topics.INSTRUCTION_STATUS.of(status)
+        if not choice.kept:
+            errand.goal = goal_of(errand, belief, choice, self._spec.limits.linear_speed)
+            yield topics.GOAL.of(errand.goal)
+
+    def _begin(self, errand: Errand) -> None:
+        self._errand = errand
+        self._pairing = Pairing(errand.instruction_id, errand.started_ns)
+
+    def _end(self, errand: Errand, ending: Ending, stamp_ns: int) -> Iterable[Output]:
+        self._errand = None
+        self._ended.add(errand.instruction_id)
+        pose = self._map_from_base()
+        if pose is not None and errand.decisions:
+            yield topics.GOAL.of(halt(errand, pose, stamp_ns))
+        yield topics.INSTRUCTION_STATUS.of(status_of(errand, stamp_ns, ending))
+
+    def _map_from_base(self) -> Pose2 | None:
+        if self._map_from_odom is None or self._odom_from_base is None:
+            return None
+        return self._map_from_odom @ self._odom_from_base

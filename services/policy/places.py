@@ -1,0 +1,107 @@
+"""Where it may be worth to stand: round hypotheses, round seen things, at the edge of the seen."""
+
+import numpy as np
+from scipy import ndimage
+
+from schemas.arrays import Floats
+from schemas.geometry import Pose2
+from services.policy.candidates import Candidates, Kind, looking
+from services.policy.referents import Referents
+from services.policy.terrain import Terrain
+
+stand_off = 1.2
+"""From the surface of the thing that is meant to the centre of the base [m]."""
+
+_cluster = 2.0
+_figure_clusters, _landmark_clusters = 6, 4
+_viewing = ((3.2, (0.0, 60.0, -60.0, 120.0, -120.0, 180.0)), (5.0, (0.0,)))
+"""Distances [m] and directions [deg], from the near side, from which to look at a hypothesis."""
+_approaches = np.radians(np.arange(0.0, 360.0, 30.0))
+_turns = np.radians(np.arange(0.0, 360.0, 45.0))
+_turn_target = 3.0
+_frontiers = 10
+_spread = 2.5
+_short_of = 1.5
+"""A frontier is looked at from a place this far before it [m]."""
+_least_area = 0.08
+_looked = 0.5
+"""Probability of having missed an object, below which a block counts as looked at."""
+
+
+def hypotheses(referents: Referents) -> Floats:
+    """Centres (N, 2) of the heaviest clusters of what is not seen yet, figures first."""
+    figure = referents.known & ~referents.figure_seen
+    landmark = referents.known & ~referents.landmark_seen
+    figures = _clusters(referents.figure[figure], referents.probability[figure])
+    landmarks = _clusters(referents.landmark[landmark], referents.probability[landmark])
+    return np.concatenate([figures[:_figure_clusters], landmarks[:_landmark_clusters]])
+
+
+def views_of(centers: Floats, map_from_base: Pose2) -> list[Candidates]:
+    """Places round each centre (N, 2) from which to look at it, and a look from here."""
+    here = np.array([[map_from_base.x, map_from_base.y]])
+    parts = [looking(Kind.HYPOTHESISED, centers, np.repeat(here, len(centers), axis=0))]
+    for center in centers:
+        for distance, degrees in _viewing:
+            positions = _round(center, distance, np.radians(degrees), here[0])
+            target = np.repeat(center[None], len(positions), axis=0)
+            parts.append(looking(Kind.HYPOTHESISED, target, positions))
+    return parts
+
+
+def approaches(center: Floats, radius: float, object_id: int, map_from_base: Pose2) -> Candidates:
+    """Places round a seen thing at (2,) from which to declare it found, the nearest first."""
+    here = np.array([map_from_base.x, map_from_base.y])
+    positions = _round(center, radius + stand_off, _approaches, here)
+    target = np.repeat(center[None], len(positions), axis=0)
+    return looking(Kind.OBSERVED, target, positions, object_id)
+
+
+def turns(map_from_base: Pose2) -> Candidates:
+    """To look around from where the robot stands."""
+    yaw = map_from_base.yaw + _turns[1:]
+    here = np.repeat([[map_from_base.x, map_from_base.y]], len(yaw), axis=0)
+    target = here + _turn_target * np.column_stack([np.cos(yaw), np.sin(yaw)])
+    return looking(Kind.FRONTIER, target, here)
+
+
+def frontiers(terrain: Terrain, map_from_base: Pose2) -> Candidates:
+    """Spread places at the edge of what was looked at, the nearest first."""
+    here = np.array([map_from_base.x, map_from_base.y])
+    unlooked = terrain.unlooked > _least_area
+    looked = np.asarray(ndimage.binary_dilation(terrain.missed < _looked, np.ones((3, 3))), bool)
+    edge = unlooked & looked
+    centers = terrain.centers(*np.nonzero(edge))
+    distance = np.hypot(*(centers - here).T)
+    chosen = _spread_out(centers[np.argsort(distance, kind="stable")])
+    toward = chosen - here
+    length = np.maximum(np.hypot(*toward.T), 1e-9)[:, None]
+    positions = here + toward * np.maximum(1 - _short_of / length, 0.0)
+    return looking(Kind.FRONTIER, chosen, positions)
+
+
+def _spread_out(centers: Floats) -> Floats:
+    chosen: list[Floats] = []
+    while len(centers) and len(chosen) < _frontiers:
+        chosen.append(centers[0])
+        centers = centers[np.hypot(*(centers - centers[0]).T) > _spread]
+    return np.array(chosen).reshape(-1, 2)
+
+
+def _clusters(points: Floats, weights: Floats) -> Floats:
+    """Weighted means of points (N, 2) that share a square of the plane, the heaviest first."""
+    if len(points) == 0:
+        return np.zeros((0, 2))
+    cells = np.floor(points / _cluster).astype(np.int64)
+    _, cluster = np.unique(cells, axis=0, return_inverse=True)
+    mass = np.bincount(cluster, weights)
+    sums = [np.bincount(cluster, weights * points[:, axis]) for axis in (0, 1)]
+    order = np.argsort(-mass, kind="stable")
+    return (np.stack(sums, axis=-1) / mass[:, None])[order]
+
+
+def _round(center: Floats, distance: float, angles: Floats, here: Floats) -> Floats:
+    """Places on a circle, by angles from the side that faces `here`."""
+    toward = here - center
+    direction = np.arctan2(toward[1], toward[0]) + angles
+    return center + distance * np.column_stack([np.cos(direction), np.sin(direction)])

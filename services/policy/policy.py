@@ -1,0 +1,196 @@
+"""The policy: the cheapest of all candidates, over all hypotheses (Eq. policy)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robots.spec import RobotSpec
+from schemas.arrays import Flags, Floats, Ints
+from schemas.belief import MapBelief, OccupancyGrid
+from schemas.geometry import Pose2, wrap_angle
+from services.policy import candidates as candidates_of
+from services.policy import places
+from services.policy.belief_features import Situation, belief_features
+from services.policy.candidates import Candidates, Kind
+from services.policy.referents import Referents
+from services.policy.rule import RateRule
+from services.policy.terrain import terrain_of
+from services.policy.travel import travel_from
+from services.policy.view import FieldOfView
+
+_shortest_move = 0.7
+"""Shorter moves show nothing new and would freeze the robot [m]."""
+_smallest_turn = np.radians(20.0)
+_refused_within = 0.7
+_standing_slack = 0.35
+"""Farther from the stand-off than this is not at the thing [m]."""
+_footprint_margin = 0.05
+_keep = 0.8
+"""Cost factor of the goal that is being followed, against dithering."""
+_ways_to_a_thing = 3
+"""Approaches kept for each seen thing, the nearest of those that can be reached."""
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What earlier decisions left behind."""
+
+    refused: Floats
+    """(R, 2) Places that could not be reached, map frame [m]."""
+    tried: Floats
+    """(T, 3) Poses from which the robot looked on purpose."""
+    current: Candidates | None
+    """The candidate that is being followed."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One decision."""
+
+    candidates: Candidates
+    costs: Floats
+    """(C,) [m]"""
+    gains: Floats
+    """(C,) What each is worth."""
+    chosen: int
+    confirmed: float
+    """Posterior mass that the robot stands at the thing that was meant, and all is seen."""
+    kept: bool
+    """Whether the choice is the candidate that was being followed."""
+
+    @property
+    def kind(self) -> Kind:
+        """Of what was chosen."""
+        return self.candidates.kinds[self.chosen]
+
+
+class BeliefPolicy:
+    """pi(x, p(S)): what to do next.
+
+    Args:
+        spec: the robot, for its camera and size.
+        rule: what candidates cost.
+    """
+
+    def __init__(self, spec: RobotSpec, rule: RateRule) -> None:
+        self.rule = rule
+        self._radius = spec.base.radius + _footprint_margin
+        self._view = FieldOfView.of(spec.camera)
+
+    def decide(
+        self,
+        belief: MapBelief,
+        referents: Referents,
+        grid: OccupancyGrid,
+        map_from_base: Pose2,
+        memory: Memory,
+    ) -> Choice:
+        """Propose, judge by the belief, take the cheapest."""
+        situation = self._situation(grid, map_from_base, memory)
+        proposed = self._proposed(belief, referents, situation, map_from_base)
+        proposed = proposed.take(_worthwhile(proposed, situation, memory))
+        stop = candidates_of.stop_at(map_from_base, best_found(referents))
+        following = _still_reachable(memory.current, situation)
+        candidates = candidates_of.joined([stop, *following, proposed])
+        here = np.zeros(len(candidates))
+        here[0] = _stands_at(belief, int(stop.object_id[0]), map_from_base)
+        features = belief_features(situation, candidates, here, referents)
+        costs = self.rule.costs(features)
+        costs[1 : 1 + len(following)] *= _keep
+        chosen = int(np.argmin(costs))
+        return Choice(
+            candidates=candidates,
+            costs=costs,
+            gains=self.rule.gains(features),
+            chosen=chosen,
+            confirmed=here[0] * mass_of(referents, int(stop.object_id[0])),
+            kept=bool(following) and chosen == 1,
+        )
+
+    def goal_of(self, referents: Referents) -> int | None:
+        """Seen object that is meant beyond doubt, or None."""
+        best = best_found(referents)
+        return best if mass_of(referents, best) >= self.rule.confirmed else None
+
+    def _situation(self, grid: OccupancyGrid, pose: Pose2, memory: Memory) -> Situation:
+        terrain = terrain_of(grid)
+        start = np.array([pose.x, pose.y])
+        travel = travel_from(terrain, start, self._radius)
+        return Situation(
+            np.array([pose.x, pose.y, pose.yaw]), terrain, travel, self._view, memory.tried
+        )
+
+    def _proposed(
+        self, belief: MapBelief, referents: Referents, situation: Situation, pose: Pose2
+    ) -> Candidates:
+        parts = [places.turns(pose), places.frontiers(situation.terrain, pose)]
+        parts += places.views_of(places.hypotheses(referents), pose)
+        for object_id in _seen_figures(referents):
+            row = _row_of(belief, object_id)
+            ways = places.approaches(belief.position[row], _radius_of(belief, row), object_id, pose)
+            parts.append(_nearest_ways(ways, situation, self._radius))
+        return candidates_of.joined(parts)
+
+
+def mass_of(referents: Referents, object_id: int) -> float:
+    """Posterior mass that a seen object is meant and that all the reading speaks of was seen."""
+    return float(referents.probability[referents.found & (referents.figure_id == object_id)].sum())
+
+
+def best_found(referents: Referents) -> int:
+    """Seen object with the largest `mass_of`, -1 where nothing is found."""
+    ids = _seen_figures(referents)
+    masses = [mass_of(referents, object_id) for object_id in ids]
+    return ids[int(np.argmax(masses))] if ids else -1
+
+
+def _seen_figures(referents: Referents) -> list[int]:
+    return np.unique(referents.figure_id[referents.known & referents.figure_seen]).tolist()
+
+
+def _row_of(belief: MapBelief, object_id: int) -> int:
+    return int(np.flatnonzero((belief.particle < 0) & (belief.node == object_id))[0])
+
+
+def _radius_of(belief: MapBelief, row: int) -> float:
+    """Of the circle that a seen thing fills, about [m]."""
+    return 0.25 * float(belief.extent[row, 0] + belief.extent[row, 1])
+
+
+def _stands_at(belief: MapBelief, object_id: int, pose: Pose2) -> bool:
+    if object_id < 0:
+        return False
+    row = _row_of(belief, object_id)
+    distance = float(np.hypot(*(belief.position[row] - (pose.x, pose.y))))
+    return distance - _radius_of(belief, row) <= places.stand_off + _standing_slack
+
+
+def _nearest_ways(ways: Candidates, situation: Situation, radius: float) -> Candidates:
+    distance = situation.travel.to(ways.pose[:, :2])
+    narrow = situation.terrain.clearance_at(ways.pose[:, :2]) < radius
+    # A narrow place is kept in reserve: blocks are coarse, and the planner knows better.
+    order = np.argsort(distance + 100.0 * narrow, kind="stable")
+    return ways.take(order[:_ways_to_a_thing].astype(np.int32))
+
+
+def _still_reachable(current: Candidates | None, situation: Situation) -> list[Candidates]:
+    if current is None or not np.isfinite(situation.travel.to(current.pose[:, :2])).all():
+        return []
+    return [current]
+
+
+def _worthwhile(proposed: Candidates, situation: Situation, memory: Memory) -> Ints:
+    """Rows that can be reached, were not refused, and are not where the robot is already."""
+    reachable = np.isfinite(situation.travel.to(proposed.pose[:, :2]))
+    offset = proposed.pose[:, None, :2] - memory.refused
+    refused = (np.hypot(offset[..., 0], offset[..., 1]) < _refused_within).any(axis=1)
+    kept = reachable & ~refused & _is_a_move(proposed, situation.pose)
+    return np.flatnonzero(kept).astype(np.int32)
+
+
+def _is_a_move(proposed: Candidates, pose: Floats) -> Flags:
+    moved = np.hypot(*(proposed.pose[:, :2] - pose[:2]).T)
+    turned = np.array([abs(wrap_angle(yaw)) for yaw in (proposed.pose[:, 2] - pose[2]).tolist()])
+    on_the_spot = (moved < 1e-6) & (turned > _smallest_turn)
+    observed = np.array([kind is Kind.OBSERVED for kind in proposed.kinds])
+    return (moved > _shortest_move) | on_the_spot | observed

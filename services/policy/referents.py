@@ -1,0 +1,129 @@
+"""What the instruction may mean: pairs of figure and landmark with their probabilities.
+
+The belief says what may be where, the behaviours say which of it is meant (Eq. basic-1). Both
+meet here, and everything after this module sees one weighted list, whoever made it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.arrays import Flags, Floats, Ints
+from schemas.belief import MapBelief
+from schemas.language import Behaviors
+
+_seen_above = 0.5
+"""Existence below which a detection is too doubtful to count as seen."""
+_negligible = 1e-6
+_doubtful = 0.5
+"""Up to this probability that nothing fits it is set aside and the other readings share it.
+
+Behaviour inference keeps some mass on "none" however well a pair fits, as no threshold on the
+rest could tell from doubt between two pairs; that doubt is what the gate on stop is about.
+"""
+
+
+@dataclass(frozen=True)
+class Referents:
+    """M readings of the instruction as columns; one of them may be "nothing on any map fits"."""
+
+    probability: Floats
+    """(M,) Sums to one."""
+    known: Flags
+    """(M,) False for the reading that nothing fits: its other columns mean nothing."""
+    figure: Floats
+    """(M, 2) Where the thing that is meant stands, map frame [m]."""
+    figure_id: Ints
+    """(M,)"""
+    figure_seen: Flags
+    """(M,) Seen, not only hypothesised."""
+    figure_existence: Floats
+    """(M,)"""
+    landmark: Floats
+    """(M, 2) Map frame [m]; the figure's place where there is no landmark."""
+    landmark_seen: Flags
+    """(M,) True also where there is none: nothing is left to see."""
+    landmark_existence: Floats
+    """(M,)"""
+
+    @property
+    def found(self) -> Flags:
+        """(M,) Whether everything the reading speaks of was seen."""
+        return self.known & self.figure_seen & self.landmark_seen
+
+
+def from_behaviors(belief: MapBelief, behaviors: Behaviors) -> Referents:
+    """Readings from the behaviours inferred in this belief, one for each of their rows.
+
+    Raises:
+        ValueError: the behaviours belong to another belief.
+    """
+    if behaviors.stamp_ns != belief.stamp_ns:
+        raise ValueError(
+            f"behaviours of the belief at {behaviors.stamp_ns} ns do not go with the belief "
+            f"at {belief.stamp_ns} ns"
+        )
+    probability = belief.weights[behaviors.particle] * behaviors.probability
+    return _readings(belief, behaviors.particle, behaviors.node, behaviors.landmark, probability)
+
+
+def from_figures(belief: MapBelief) -> Referents:
+    """Readings from what the filter grounded the utterance to, one for each particle."""
+    particles = np.arange(len(belief.weights), dtype=np.int32)
+    return _readings(belief, particles, belief.figure, belief.landmark, belief.weights)
+
+
+def _readings(
+    belief: MapBelief, particle: Ints, figure: Ints, landmark: Ints, probability: Floats
+) -> Referents:
+    figure_row = _rows(belief, particle, figure)
+    kept = (figure_row >= 0) & (probability > _negligible)
+    figure_row, probability = figure_row[kept], probability[kept]
+    landmark_row = _rows(belief, particle[kept], landmark[kept])
+    has_landmark = landmark_row >= 0
+    # Where there is no landmark its columns repeat the figure, as something that was found.
+    landmark_row = np.where(has_landmark, landmark_row, figure_row)
+    seen = (belief.particle < 0) & (belief.existence >= _seen_above)
+    return _with_nothing(
+        Referents(
+            probability=probability,
+            known=np.ones(len(probability), bool),
+            figure=belief.position[figure_row],
+            figure_id=belief.node[figure_row],
+            figure_seen=seen[figure_row],
+            figure_existence=belief.existence[figure_row],
+            landmark=belief.position[landmark_row],
+            landmark_seen=seen[landmark_row] | ~has_landmark,
+            landmark_existence=belief.existence[landmark_row],
+        )
+    )
+
+
+def _with_nothing(readings: Referents) -> Referents:
+    """Add the reading that nothing fits, with the probability that the others leave."""
+    left = max(0.0, 1.0 - float(readings.probability.sum()))
+    left = left if left > _doubtful else 0.0
+    probability = np.append(readings.probability, left)
+    return Referents(
+        probability=probability / probability.sum(),
+        known=np.append(readings.known, False),
+        figure=np.concatenate([readings.figure, np.zeros((1, 2))]),
+        figure_id=np.append(readings.figure_id, np.int32(-1)),
+        figure_seen=np.append(readings.figure_seen, False),
+        figure_existence=np.append(readings.figure_existence, 0.0),
+        landmark=np.concatenate([readings.landmark, np.zeros((1, 2))]),
+        landmark_seen=np.append(readings.landmark_seen, False),
+        landmark_existence=np.append(readings.landmark_existence, 0.0),
+    )
+
+
+def _rows(belief: MapBelief, particle: Ints, node: Ints) -> NDArray[np.intp]:
+    """Row of each (particle, node), of the objects all share otherwise, -1 where there is none."""
+    table = {
+        key: row
+        for row, key in enumerate(zip(belief.particle.tolist(), belief.node.tolist(), strict=True))
+    }
+    pairs = zip(particle.tolist(), node.tolist(), strict=True)
+    rows = [table.get((p, n), table.get((-1, n), -1)) if n >= 0 else -1 for p, n in pairs]
+    return np.array(rows, dtype=np.intp)

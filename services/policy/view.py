@@ -1,0 +1,65 @@
+"""What the camera will see from a pose, before the robot is there."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.spec import CameraSpec
+from schemas.arrays import Floats
+from services.policy.terrain import Terrain
+
+_edge = np.radians(4.0)
+"""Objects this near the edge of the picture are cut off and not counted [rad]."""
+_near = 1.0
+"""Closer than this a low object is below the picture [m]."""
+_sharp_share, _blind_share = 0.6, 1.2
+"""Shares of the trusted range up to which the detector is at its best, and beyond which it sees
+nothing."""
+_detected_sharp = 0.9
+
+
+@dataclass(frozen=True)
+class FieldOfView:
+    """A camera's view on the ground plane."""
+
+    half_angle: float
+    """[rad]"""
+    range_max: float
+    """[m]"""
+
+    @property
+    def area(self) -> float:
+        """Of the ground in one full view [m^2]."""
+        return self.half_angle * self.range_max**2
+
+    @staticmethod
+    def of(camera: CameraSpec) -> "FieldOfView":
+        """The field of view that a camera is trusted with."""
+        return FieldOfView(camera.horizontal_fov / 2 - _edge, camera.range_max)
+
+    def detection(self, poses: Floats, points: Floats, terrain: Terrain) -> Floats:
+        """Probability (C, N) to detect an object at points (N, 2) from poses x, y, yaw (C, 3)."""
+        pose, point = self._pairs_in_range(poses, points)
+        offset = points[point] - poses[pose, :2]
+        distance = np.hypot(offset[:, 0], offset[:, 1])
+        bearing = np.arctan2(offset[:, 1], offset[:, 0]) - poses[pose, 2]
+        off_axis = np.abs((bearing + np.pi) % (2 * np.pi) - np.pi)
+        shown = (off_axis < self.half_angle) & (distance > _near)
+        pose, point, distance = pose[shown], point[shown], distance[shown]
+        probability = np.zeros((len(poses), len(points)))
+        sight = terrain.in_sight(poses[pose, :2], points[point])
+        probability[pose, point] = sight * self._detected(distance)
+        return probability
+
+    def _pairs_in_range(
+        self, poses: Floats, points: Floats
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """The few pairs near enough to each other, so that angles are computed for no others."""
+        square = (points[:, 0] - poses[:, :1]) ** 2 + (points[:, 1] - poses[:, 1:2]) ** 2
+        pose, point = np.nonzero(square < (_blind_share * self.range_max) ** 2)
+        return pose, point
+
+    def _detected(self, distance: Floats) -> Floats:
+        fall = (_blind_share - distance / self.range_max) / (_blind_share - _sharp_share)
+        return _detected_sharp * np.clip(fall, 0.0, 1.0)

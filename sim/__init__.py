@@ -1,0 +1,1 @@
+"""A robot made of SAPIEN: worlds, physics and sensors behind the same protocol as hardware."""

@@ -1,0 +1,1 @@
+"""Episodes and the paper's experiments. Only here may ground truth meet the services."""

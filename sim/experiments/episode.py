@@ -1,0 +1,175 @@
+"""One instruction in one world, in lockstep, from the first word to the truth about its end."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from msgspec import Struct
+
+from schemas import topics
+from schemas.codec import decode
+from schemas.language import Annotations, Instruction
+from schemas.run import RunConfig
+from schemas.sensing import Odometry
+from schemas.task import Failure, InstructionStatus, TaskState
+from services.process_table import PROCESSES
+from services.runtime.lockstep import Lockstep
+from services.runtime.mailbox import Sample
+from services.runtime.provenance import run_metadata
+from services.runtime.record import LogWriter
+from services.runtime.stopwatch import Stopwatch
+from services.runtime.trace import Trace
+from services.runtime.worker import build_node
+from sim.driver import SapienDriver
+from sim.experiments.truth import Truth
+from sim.node import RobotNode
+
+SECOND_NS = 1_000_000_000
+SAID_AT_NS = SECOND_NS
+"""The person speaks after the sensors have been read a few times."""
+TIMEOUT_S = 300.0
+SETTLE_NS = SECOND_NS
+"""How long the base gets to stand still after the instruction ended."""
+
+Progress = Callable[[float, InstructionStatus | None], None]
+"""Called with (simulated seconds, status) about once a simulated second."""
+
+
+class EpisodeResult(Struct, frozen=True, kw_only=True):
+    """What `episode --json` prints (contract)."""
+
+    success: bool
+    stopped: bool
+    reason: str
+    distance_m: float
+    shortest_path_m: float
+    time_s: float
+    final_error_m: float
+    decisions: int
+    failure: Failure | None
+    seed: int
+    arm: str
+    perception_cycles: int
+    perception_ms_mean: float
+    behavior_inference_ms_per_particle: float
+    mapping_ms_mean: float
+    objects_detected: int
+    log_sha256: str
+
+
+@dataclass
+class _Observer:
+    """Collects from the messages what the result needs."""
+
+    instruction_id: str = ""
+    status: InstructionStatus | None = None
+    annotations: Annotations | None = None
+    speed: float = 0.0
+    perception_cycles: int = 0
+    objects_detected: int = 0
+    ended_ns: int = 0
+
+    def note(self, publisher: str, stamp_ns: int, sample: Sample) -> None:
+        del publisher
+        if sample.topic is topics.INSTRUCTION_STATUS:
+            self.status = decode(sample.payload, InstructionStatus)
+            self.ended_ns = stamp_ns
+        elif sample.topic is topics.ANNOTATIONS:
+            self.annotations = decode(sample.payload, Annotations)
+        elif sample.topic is topics.ODOMETRY:
+            odometry = decode(sample.payload, Odometry)
+            self.speed = max(abs(odometry.linear), abs(odometry.angular))
+        elif sample.topic is topics.DETECTIONS:
+            self.perception_cycles += 1
+        elif sample.topic is topics.BELIEF:
+            belief = decode(sample.payload, topics.BELIEF.type)
+            self.objects_detected = int(np.sum(belief.particle < 0))
+
+    @property
+    def ended(self) -> bool:
+        return self.status is not None and self.status.state is not TaskState.ACTIVE
+
+
+class Episode:
+    """Builds all nodes of the table, runs them against modelled time, and judges the end."""
+
+    def __init__(self, run: RunConfig, text: str, log: Path | None = None) -> None:
+        self._run, self._text = run, text
+        self._trace, self._observer = Trace(), _Observer()
+        self._watch = Stopwatch()
+        self._writer = LogWriter(log, run_metadata(run)) if log else None
+        processes = [process for process in PROCESSES if process.lockstep]
+        nodes = {process: build_node(process, run) for process in processes}
+        robot = next(node for node in nodes.values() if isinstance(node, RobotNode))
+        assert isinstance(robot.driver, SapienDriver)
+        self._truth = Truth(robot.driver, run)
+        timed = {process: self._watch.timed(process.name, node) for process, node in nodes.items()}
+        self._lockstep = Lockstep(timed, on_message=self._note)
+
+    def run(self, progress: Progress) -> EpisodeResult:
+        """Run to the end of the instruction, or to the time limit."""
+        self._advance(SAID_AT_NS, progress)
+        instruction = Instruction(
+            stamp_ns=self._lockstep.now_ns, id="episode", text=self._text, source="episode"
+        )
+        self._lockstep.send(topics.INSTRUCTION.of(instruction))
+        self._advance(SAID_AT_NS + round(TIMEOUT_S * SECOND_NS), progress)
+        end_ns = self._lockstep.now_ns + SETTLE_NS
+        self._lockstep.run(end_ns)
+        result = self._result()
+        self._close()
+        return result
+
+    def _advance(self, until_ns: int, progress: Progress) -> None:
+        while self._lockstep.now_ns < until_ns and not self._observer.ended:
+            target_ns = min(until_ns, self._lockstep.now_ns + SECOND_NS)
+            self._lockstep.run(target_ns, lambda: self._observer.ended)
+            self._lockstep.now_ns = max(self._lockstep.now_ns, target_ns)
+            progress(self._lockstep.now_ns / 1e9, self._observer.status)
+
+    def _note(self, publisher: str, stamp_ns: int, sample: Sample) -> None:
+        self._trace.note(publisher, stamp_ns, sample)
+        self._observer.note(publisher, stamp_ns, sample)
+        if sample.topic is topics.ODOMETRY:
+            self._truth.follow()
+        if self._writer is not None:
+            self._writer.write(sample, stamp_ns)
+
+    def _result(self) -> EpisodeResult:
+        seen, status = self._observer, self._observer.status
+        verdict = self._truth.judge(seen.annotations, status)
+        times = self._watch.mean_ms
+        return EpisodeResult(
+            success=verdict.failure is None,
+            stopped=seen.speed < 0.01,
+            reason=status.reason if status else "no answer",
+            distance_m=round(self._truth.distance_m, 3),
+            shortest_path_m=round(verdict.shortest_path_m, 3),
+            time_s=round((seen.ended_ns - SAID_AT_NS) / 1e9, 3),
+            final_error_m=round(verdict.final_error_m, 3),
+            decisions=status.decisions if status else 0,
+            failure=verdict.failure,
+            seed=self._run.seed,
+            arm="ours",
+            perception_cycles=seen.perception_cycles,
+            perception_ms_mean=times("perception", topics.RGBD),
+            behavior_inference_ms_per_particle=times("grounding", topics.BELIEF)
+            / self._run.particles,
+            mapping_ms_mean=times("mapping", topics.DETECTIONS),
+            objects_detected=seen.objects_detected,
+            log_sha256=self._trace.sha256,
+        )
+
+    def _close(self) -> None:
+        self._lockstep.close()
+        if self._writer is not None:
+            self._writer.close()
+
+
+def run_episode(run: RunConfig, text: str, log: Path | None, progress: Progress) -> dict[str, Any]:
+    """One episode; returns the contract's document."""
+    result = Episode(run, text, log).run(progress)
+    return msgspec.to_builtins(result)

@@ -1,0 +1,102 @@
+"""Judges the end of an instruction by what is really where."""
+
+import math
+from dataclasses import dataclass
+
+from robots.catalogue import get_robot
+from schemas.language import Annotations, BehaviorSymbol
+from schemas.run import RunConfig
+from schemas.task import Failure, InstructionStatus, TaskState
+from sim.driver import SapienDriver
+from sim.oracle import Oracle, OracleError
+from sim.world import make_world
+
+REACHED_M = 2.0
+"""The base's middle is this near the object's middle when the robot has arrived [m]."""
+COLLISION_M = 0.02
+"""A footprint this near an obstacle has touched it [m]."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The truth about one run."""
+
+    failure: Failure | None
+    final_error_m: float
+    """From the robot to the nearest object that was meant, beyond `REACHED_M` or not [m]."""
+    shortest_path_m: float
+
+
+class Truth:
+    """Follows the robot and compares where it stopped with what the words mean in this world.
+
+    The words are taken as the grounding read them, whose own accuracy its training report gives;
+    which objects satisfy that reading is decided here by true positions alone.
+    """
+
+    def __init__(self, driver: SapienDriver, run: RunConfig) -> None:
+        self._driver = driver
+        self._oracle = Oracle(
+            make_world(run.world, run.seed),
+            get_robot(run.robot).base,
+            lambda: driver.world_from_base,
+        )
+        self._last = driver.world_from_base
+        self.distance_m = 0.0
+        self._least_clearance_m = math.inf
+
+    def follow(self) -> None:
+        """Note where the robot is; call it with every odometry message."""
+        here = self._driver.world_from_base
+        moved = math.hypot(here.x - self._last.x, here.y - self._last.y)
+        self.distance_m += moved
+        self._last = here
+        if moved > 0:
+            self._least_clearance_m = min(self._least_clearance_m, self._oracle.clearance())
+
+    def judge(self, heard: Annotations | None, status: InstructionStatus | None) -> Verdict:
+        """Success, or the first thing that went wrong."""
+        meant = self._meant(heard)
+        error_m = min((self._oracle.distance_to(name) for name in meant), default=math.inf)
+        path_m = min((self._shortest(name) for name in meant), default=0.0)
+        failure = self._failure(status, bool(meant), error_m)
+        return Verdict(failure, error_m if meant else -1.0, path_m)
+
+    def _failure(
+        self, status: InstructionStatus | None, exists: bool, error_m: float
+    ) -> Failure | None:
+        if self._least_clearance_m < COLLISION_M:
+            return Failure.COLLISION
+        if status is None or status.state is TaskState.ACTIVE:
+            return Failure.TIMEOUT
+        if status.state is not TaskState.SUCCEEDED:
+            return status.failure or Failure.FAULT
+        if exists and error_m <= REACHED_M:
+            return None
+        return Failure.WRONG_OBJECT if self._at_some_object() else Failure.STOPPED_EARLY
+
+    def _meant(self, heard: Annotations | None) -> tuple[str, ...]:
+        """Ids of the objects that satisfy the best reading of the instruction."""
+        if heard is None or not heard.behaviors:
+            return ()
+        wanted = heard.behaviors[0]
+        labels = {placed.id: placed.label for placed in self._oracle.objects}
+        figures = [name for name, label in labels.items() if label == wanted.object]
+        landmarks = [name for name, label in labels.items() if label == wanted.landmark]
+        if not landmarks:
+            return tuple(figures) if wanted.relation == "unknown" else ()
+        return tuple(sorted({n for landmark in landmarks for n in self._related(wanted, landmark)}))
+
+    def _related(self, wanted: BehaviorSymbol, landmark: str) -> tuple[str, ...]:
+        if wanted.comparative:
+            return (self._oracle.nearest(wanted.object, landmark),)
+        return self._oracle.satisfying(wanted.object, wanted.relation, landmark)
+
+    def _shortest(self, name: str) -> float:
+        try:
+            return self._oracle.shortest_path_length(name, stop_at=REACHED_M)
+        except OracleError:
+            return math.inf
+
+    def _at_some_object(self) -> bool:
+        return any(self._oracle.distance_to(p.id) <= REACHED_M for p in self._oracle.objects)

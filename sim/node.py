@@ -1,0 +1,113 @@
+"""The simulated robot as a process: what a real robot's node would do with its driver."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from robots.catalogue import get_robot
+from robots.driver import Reading, RobotDriver
+from schemas import topics
+from schemas.errors import MissingComponentError
+from schemas.health import Tick
+from schemas.motion import BaseCommand, DriverCheckpoint, StopLatch
+from schemas.run import RunConfig
+from schemas.sensing import JointState, LaserScan, Odometry, RgbdFrame
+from schemas.topics import Handlers, Output, Topic
+from sim import vulkan
+from sim.world import make_world
+
+_topic_of: dict[type[Reading], Topic[Any]] = {
+    Odometry: topics.ODOMETRY,
+    JointState: topics.JOINT_STATE,
+    LaserScan: topics.SCAN,
+    RgbdFrame: topics.RGBD,
+}
+_longest_step_ns = 100_000_000
+_checkpoint_period_ns = 200_000_000
+
+
+class RobotNode:
+    """Steps the driver with every tick.
+
+    The driver counts its own time from zero; here it is moved to the ticks' time. A machine too
+    slow to simulate in real time gets a slow robot, not one that jumps to catch up.
+    """
+
+    def __init__(self, run: RunConfig, rng: np.random.Generator) -> None:
+        del rng  # The driver draws from the run's seed, so that a restart repeats its noise.
+        self._driver = open_driver(run)
+        self._offset_ns: int | None = None
+        self._checkpoint_due_ns = 0
+
+    def handlers(self) -> Handlers:
+        """Time, velocities and the stop."""
+        return {
+            topics.STOP: self.on_stop,
+            topics.BASE_COMMAND: self.on_command,
+            topics.TICK: self.on_tick,
+        }
+
+    def resume(self) -> Handlers:
+        """The robot stands where it stood when its process died."""
+        return {topics.DRIVER_CHECKPOINT: self.on_own_checkpoint}
+
+    def on_own_checkpoint(self, checkpoint: DriverCheckpoint) -> Iterable[Output]:
+        """Go on from there."""
+        self._driver.restore(checkpoint.state)
+        return ()
+
+    def on_stop(self, latch: StopLatch) -> Iterable[Output]:
+        """Stop at once, or release."""
+        self._driver.latch_stop(latch.stopped)
+        return ()
+
+    def on_command(self, command: BaseCommand) -> Iterable[Output]:
+        """Take a velocity."""
+        self._driver.command(command)
+        return ()
+
+    def on_tick(self, tick: Tick) -> Iterable[Output]:
+        """Advance to now and tell what the sensors read."""
+        if self._offset_ns is None:
+            self._offset_ns = tick.stamp_ns - self._driver.stamp_ns
+        behind_ns = tick.stamp_ns - self._offset_ns - self._driver.stamp_ns
+        self._offset_ns += max(0, behind_ns - _longest_step_ns)
+        for reading in self._driver.step(tick.stamp_ns - self._offset_ns):
+            stamp_ns = reading.stamp_ns + self._offset_ns
+            stamped = msgspec.structs.replace(reading, stamp_ns=stamp_ns)
+            yield _topic_of[type(reading)].of(stamped)
+        if tick.stamp_ns >= self._checkpoint_due_ns:
+            self._checkpoint_due_ns = tick.stamp_ns + _checkpoint_period_ns
+            state = self._driver.checkpoint()
+            yield topics.DRIVER_CHECKPOINT.of(DriverCheckpoint(stamp_ns=tick.stamp_ns, state=state))
+
+    def close(self) -> None:
+        """Let the simulator go."""
+        self._driver.close()
+
+    @property
+    def driver(self) -> RobotDriver:
+        """The hardware, for evaluation."""
+        return self._driver
+
+
+def open_driver(run: RunConfig) -> RobotDriver:
+    """The simulated robot of a run, with its camera.
+
+    Raises:
+        MissingComponentError: there is no Vulkan device to draw the camera's pictures with.
+        WorldError: no such world.
+    """
+    vulkan.activate()
+    # sapien must not be imported before the driver it is to draw with is in place.
+    from sim.driver import SapienDriver  # noqa: PLC0415
+
+    world = make_world(run.world, run.seed)
+    try:
+        return SapienDriver(get_robot(run.robot), world, run.seed)
+    except RuntimeError as error:
+        raise MissingComponentError(
+            f"no Vulkan device to draw with ({error}); mend it with 'incognita doctor --fix'"
+        ) from error

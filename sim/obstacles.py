@@ -1,0 +1,53 @@
+"""The ground and the objects of a world as static bodies that robots bump into and beams hit."""
+
+from __future__ import annotations
+
+import math
+
+import sapien
+from sapien import physx
+
+from sim.assets.asset import CollisionShape
+from sim.assets.library import make_asset
+from sim.rendering.bodies import entity
+from sim.scenes.model import PlacedObject, World
+
+UPRIGHT = [math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0]
+"""PhysX cylinders lie along x."""
+
+
+def add_obstacles(scene: sapien.Scene, world: World) -> None:
+    """Put the ground and every object's collision shapes into the scene.
+
+    Nothing has friction: the imposed speeds of the base are then exact without a controller.
+    """
+    slippery = scene.create_physical_material(0.0, 0.0, 0.0)
+    scene.add_ground(0.0, render=False, material=slippery)
+    for placed in world.objects:
+        body = physx.PhysxRigidStaticComponent()
+        for shape in make_asset(placed.label, placed.look).collisions:
+            body.attach(_collision(shape, placed.scale, slippery))
+        standing = entity(body)
+        standing.name = placed.id
+        standing.set_pose(_pose(placed))
+        standing.add_to_scene(scene)
+
+
+def _pose(placed: PlacedObject) -> sapien.Pose:
+    pose = placed.world_from_object
+    half = pose.yaw / 2
+    return sapien.Pose([pose.x, pose.y, 0], [math.cos(half), 0, 0, math.sin(half)])
+
+
+def _collision(
+    shape: CollisionShape, scale: float, material: physx.PhysxMaterial
+) -> physx.PhysxCollisionShape:
+    center = [scale * value for value in shape.center]
+    half = [scale * value for value in shape.half]
+    if shape.kind == "box":
+        made: physx.PhysxCollisionShape = physx.PhysxCollisionShapeBox(half, material)
+        made.set_local_pose(sapien.Pose(center))
+        return made
+    made = physx.PhysxCollisionShapeCylinder(half[0], half[2], material)
+    made.set_local_pose(sapien.Pose(center, UPRIGHT))
+    return made

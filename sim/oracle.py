@@ -1,0 +1,170 @@
+"""Ground truth, for evaluation and training only. Nothing that acts may see any of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import shapely
+from scipy.sparse.csgraph import dijkstra
+from shapely import affinity
+from shapely.geometry.base import BaseGeometry as Outline
+
+from robots.spec import BaseGeometry
+from schemas.geometry import Pose2
+from sim.assets.asset import CollisionShape
+from sim.assets.library import make_asset
+from sim.scenes.model import PlacedObject, World
+
+NEAR = 3.0
+"""Objects closer than this are near one another [m]."""
+SECTORS = {"back": 0.0, "left": math.pi / 2, "front": math.pi, "right": -math.pi / 2}
+"""Direction of each relation from the landmark, from the ray viewer -> landmark [rad]."""
+SECTOR_HALF_WIDTH = {"back": 60.0, "front": 60.0, "left": 30.0, "right": 30.0}
+"""[deg]; the four sectors share the circle."""
+RELATIONS = (*SECTORS, "near", "away", "unknown")
+
+
+class OracleError(ValueError):
+    """A question that has no answer in this world."""
+
+
+@dataclass(frozen=True)
+class Oracle:
+    """What is really where."""
+
+    world: World
+    base: BaseGeometry
+    pose: Callable[[], Pose2]
+    """The robot's true pose now, such as `lambda: driver.world_from_base`."""
+
+    @property
+    def world_from_base(self) -> Pose2:
+        """The robot's true pose."""
+        return self.pose()
+
+    @property
+    def objects(self) -> tuple[PlacedObject, ...]:
+        """True classes and poses."""
+        return self.world.objects
+
+    def distance_to(self, object_id: str) -> float:
+        """From the middle of the robot to the middle of an object [m]."""
+        here, there = self.world_from_base, self.world.find(object_id).world_from_object
+        return math.hypot(here.x - there.x, here.y - there.y)
+
+    def clearance(self) -> float:
+        """From the robot's footprint to the nearest obstacle [m]; 0 when they touch."""
+        here = self.world_from_base
+        half_length, half_width = self.base.length / 2, self.base.width / 2
+        body = shapely.box(-half_length, -half_width, half_length, half_width)
+        outlines = [footprint(placed) for placed in self.objects]
+        return min((_moved(body, here).distance(outline) for outline in outlines), default=math.inf)
+
+    def shortest_path_length(self, object_id: str, stop_at: float = 1.0) -> float:
+        """Shortest drive from the start to within `stop_at` of an object's middle [m].
+
+        For a disc around the robot's footprint, among the true footprints of all other objects.
+
+        Raises:
+            OracleError: the object cannot be reached.
+        """
+        goal = self.world.find(object_id)
+        others = [footprint(placed) for placed in self.objects if placed.id != object_id]
+        start, end = self.world.world_from_start, goal.world_from_object
+        length = shortest_path((start.x, start.y), (end.x, end.y), others, self.base.radius)
+        if math.isinf(length):
+            raise OracleError(f"{object_id!r} cannot be reached in world {self.world.name!r}")
+        return max(0.0, length - stop_at)
+
+    def satisfying(self, label: str, relation: str, landmark_id: str) -> tuple[str, ...]:
+        """Ids of the objects of a class that stand in a relation to a landmark.
+
+        Sides are those that somebody at the robot's start sees: "back" is beyond the landmark.
+
+        Raises:
+            OracleError: the relation is not in `RELATIONS`.
+        """
+        if relation not in RELATIONS:
+            raise OracleError(f"no relation {relation!r}; there are: {', '.join(RELATIONS)}")
+        candidates = [p for p in self.objects if p.label == label and p.id != landmark_id]
+        landmark = self.world.find(landmark_id).world_from_object
+        return tuple(p.id for p in candidates if self._holds(relation, p, landmark))
+
+    def nearest(self, label: str, landmark_id: str) -> str:
+        """Id of the object of a class that is nearest to a landmark.
+
+        Raises:
+            OracleError: the world has no object of that class beside the landmark.
+        """
+        candidates = [p for p in self.objects if p.label == label and p.id != landmark_id]
+        if not candidates:
+            raise OracleError(f"no {label!r} besides {landmark_id!r} in world {self.world.name!r}")
+        landmark = self.world.find(landmark_id).world_from_object
+        return min(candidates, key=lambda placed: _distance(placed.world_from_object, landmark)).id
+
+    def _holds(self, relation: str, figure: PlacedObject, landmark: Pose2) -> bool:
+        pose, viewer = figure.world_from_object, self.world.world_from_start
+        if relation in ("near", "away"):
+            return (_distance(pose, landmark) < NEAR) == (relation == "near")
+        if relation == "unknown":
+            return True
+        ray = math.atan2(landmark.y - viewer.y, landmark.x - viewer.x)
+        direction = math.atan2(pose.y - landmark.y, pose.x - landmark.x)
+        off = direction - ray - SECTORS[relation]
+        return math.cos(off) >= math.cos(math.radians(SECTOR_HALF_WIDTH[relation]))
+
+
+def _distance(first: Pose2, second: Pose2) -> float:
+    return math.hypot(first.x - second.x, first.y - second.y)
+
+
+@lru_cache(maxsize=1024)
+def footprint(placed: PlacedObject) -> Outline:
+    """Union of an object's collision shapes seen from above, in the world [m]."""
+    shapes = [_outline(shape) for shape in make_asset(placed.label, placed.look).collisions]
+    scaled = affinity.scale(shapely.union_all(shapes), placed.scale, placed.scale, origin=(0, 0))
+    return _moved(scaled, placed.world_from_object)
+
+
+def _outline(shape: CollisionShape) -> Outline:
+    x, y, _ = shape.center
+    half_x, half_y, _ = shape.half
+    if shape.kind == "cylinder":
+        return shapely.Point(x, y).buffer(half_x, quad_segs=4)
+    return shapely.box(x - half_x, y - half_y, x + half_x, y + half_y)
+
+
+def _moved(geometry: Outline, pose: Pose2) -> Outline:
+    turned = affinity.rotate(geometry, pose.yaw, origin=(0, 0), use_radians=True)
+    return affinity.translate(turned, pose.x, pose.y)
+
+
+def shortest_path(
+    start: tuple[float, float],
+    end: tuple[float, float],
+    obstacles: list[Outline],
+    radius: float,
+) -> float:
+    """Length [m] of the shortest path of a disc among obstacles; infinite if there is none.
+
+    Dijkstra on the visibility graph of the obstacles grown by `radius`. Obstacles that already
+    touch the start or the end are left out.
+    """
+    ends = [shapely.Point(start), shapely.Point(end)]
+    grown = [obstacle.buffer(radius, quad_segs=3) for obstacle in obstacles]
+    grown = [area for area in grown if not any(area.intersects(point) for point in ends)]
+    blocked = shapely.union_all([area.buffer(-1e-3) for area in grown])
+    corners = [shapely.get_coordinates(area)[:-1] for area in grown]
+    nodes = np.concatenate([np.array([start, end]), *corners])
+    nodes = nodes[~shapely.contains_xy(blocked, nodes[:, 0], nodes[:, 1])]
+    first, second = np.triu_indices(len(nodes), 1)
+    edges = np.stack([nodes[first], nodes[second]], axis=1)
+    shapely.prepare(blocked)
+    free = ~shapely.intersects(blocked, shapely.linestrings(edges))
+    lengths = np.zeros((len(nodes), len(nodes)))
+    lengths[first[free], second[free]] = np.linalg.norm(edges[free, 0] - edges[free, 1], axis=1)
+    return float(dijkstra(lengths, directed=False, indices=0)[1])

@@ -1,0 +1,1 @@
+"""Pictures of a world by SAPIEN's renderer with a small shader of our own."""

@@ -1,0 +1,70 @@
+"""What a camera sees apart from robots: floor, sun, objects and their shadows."""
+
+from __future__ import annotations
+
+import numpy as np
+import sapien
+from sapien import render
+
+from sim.assets.library import make_asset
+from sim.rendering.bodies import entity, material, mesh_shape, render_body
+from sim.rendering.ground import ground_mesh, ground_texture
+from sim.rendering.shadow import shadow_brightness, shadow_mesh, toward_sun
+from sim.scenes.model import Ground, PlacedObject, Sun
+
+
+class Stage:
+    """Floor and light of one scene; objects can be put on it and taken off again.
+
+    The scene must have a `RenderSystem`: SAPIEN ends the process when a render body is added to a
+    scene without one.
+    """
+
+    def __init__(self, scene: sapien.Scene, ground: Ground, sun: Sun) -> None:
+        self._scene = scene
+        self._sun = sun
+        self._floor = ground_texture(ground)
+        self._shade = material(self._floor, 1.0, shadow_brightness(sun))
+        self._entities: list[sapien.Entity] = []
+        self._light(sun)
+        self._add(entity(render_body([ground_mesh(ground)])))
+
+    def _light(self, sun: Sun) -> None:
+        self._scene.set_ambient_light([sun.ambient] * 3)
+        light = render.RenderDirectionalLightComponent()
+        light.set_color(sun.color)
+        light.shadow = False
+        shining = entity(light)
+        shining.set_pose(_pose_along(-toward_sun(sun)))
+        self._add(shining)
+
+    def put(self, placed: PlacedObject) -> int:
+        """Show an object and its shadow; returns its number in the segmentation picture."""
+        asset = make_asset(placed.label, placed.look)
+        pose = placed.world_from_object
+        shown = entity(render_body(asset.meshes, placed.scale))
+        half = pose.yaw / 2
+        shown.set_pose(sapien.Pose([pose.x, pose.y, 0], [np.cos(half), 0, 0, np.sin(half)]))
+        self._add(shown)
+        shadow = render.RenderBodyComponent()
+        shadow.attach(mesh_shape(shadow_mesh(asset, placed, self._sun, self._floor), self._shade))
+        self._add(entity(shadow))
+        return shown.per_scene_id
+
+    def _add(self, made: sapien.Entity) -> None:
+        made.add_to_scene(self._scene)
+        self._entities.append(made)
+
+    def strike(self) -> None:
+        """Take everything off the scene, floor and sun included."""
+        for made in self._entities:
+            made.remove_from_scene()
+        self._entities.clear()
+
+
+def _pose_along(direction: np.ndarray) -> sapien.Pose:
+    """A pose whose x axis is the direction; a directional light shines along it."""
+    x, y, z = (float(value) for value in direction)
+    yaw, pitch = np.arctan2(y, x), np.arctan2(-z, np.hypot(x, y))
+    about_z = sapien.Pose(q=[np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)])
+    return about_z * sapien.Pose(q=[np.cos(pitch / 2), 0, np.sin(pitch / 2), 0])

@@ -1,0 +1,1 @@
+"""Named generators of worlds, each a function of a seed."""

@@ -1,0 +1,113 @@
+import numpy as np
+import pytest
+
+pytest.importorskip("sapien")
+
+from robots.husky.spec import HUSKY
+from schemas.geometry import Pose2
+from schemas.motion import BaseCommand
+from schemas.sensing import RgbdFrame
+from sim import vulkan
+from sim.annotation import visible_box
+from sim.dataset import Dataset, contact_sheet, write_dataset
+from sim.driver import SapienDriver
+from sim.rendering.shader import ShaderError, lit_fragment, lit_vertex
+from sim.rendering.shadow import shadow_brightness
+from sim.scenes.model import Ground, PlacedObject, Sun, World
+
+
+@pytest.fixture(scope="module")
+def vulkan_device():
+    vulkan.activate()
+    try:
+        return vulkan.device_name()
+    except vulkan.NoVulkanDeviceError as error:
+        pytest.skip(str(error))
+
+
+def hydrant_ahead():
+    hydrant = PlacedObject(id="h", label="hydrant", look=3, world_from_object=Pose2(3.0, 0.0, 0.0))
+    return World(
+        name="test",
+        seed=0,
+        ground=Ground(kind="grass", look=0),
+        sun=Sun(azimuth=0.0, elevation=1.0),
+        world_from_start=Pose2(0.0, 0.0, 0.0),
+        objects=(hydrant,),
+    )
+
+
+def first_frame(world, seed=0):
+    driver = SapienDriver(HUSKY, world, seed)
+    driver.command(BaseCommand(stamp_ns=0, linear=0.0, angular=0.0, valid_ms=100))
+    frames = [r for r in driver.step(500_000_000) if isinstance(r, RgbdFrame)]
+    driver.close()
+    return frames[0]
+
+
+@pytest.mark.usefixtures("vulkan_device")
+def test_the_camera_sees_the_hydrant_where_it_stands():
+    frame = first_frame(hydrant_ahead())
+    assert frame.color.shape == (240, 320, 3)
+    assert frame.depth_mm.dtype == np.uint16
+    spec, k = HUSKY.camera, frame.intrinsics
+    ahead = spec.base_from_camera.inverse().apply(np.array([3.0, 0.0, 0.3]))
+    u, v = round(k.fx * ahead[0] / ahead[2] + k.cx), round(k.fy * ahead[1] / ahead[2] + k.cy)
+    patch = frame.depth_mm[v - 2 : v + 3, u - 2 : u + 3]
+    assert np.median(patch) / 1000 == pytest.approx(ahead[2] - 0.15, abs=0.12)
+    assert frame.depth_mm[0].max() == 0
+    # Sky above, grass below.
+    assert frame.color[5, :, 2].mean() > frame.color[5, :, 0].mean()
+    assert frame.color[235, :, 1].mean() > frame.color[235, :, 2].mean()
+
+
+@pytest.mark.usefixtures("vulkan_device")
+def test_same_seed_same_picture():
+    first, again = first_frame(hydrant_ahead()), first_frame(hydrant_ahead())
+    assert np.array_equal(first.color, again.color)
+    assert np.array_equal(first.depth_mm, again.depth_mm)
+
+
+@pytest.mark.usefixtures("vulkan_device")
+def test_a_dataset_is_resumed_not_begun_again(tmp_path):
+    write_dataset(tmp_path, 6, seed=3)
+    frames = Dataset(tmp_path)
+    assert len(frames) == 6
+    picture = tmp_path / "frames" / "000000.jpg"
+    written = picture.stat().st_mtime_ns
+    done = []
+    write_dataset(tmp_path, 6, seed=3, progress=lambda at, count: done.append((at, count)))
+    assert done == [(6, 6)]
+    assert picture.stat().st_mtime_ns == written
+    for frame in frames:
+        assert frame.color.shape == (240, 320, 3)
+        assert frame.boxes.shape == (len(frame.classes), 4)
+        assert (frame.boxes[:, 2:] > frame.boxes[:, :2]).all()
+        assert (frame.boxes <= [320, 240, 320, 240]).all()
+    assert contact_sheet(frames).size == (1600, 1200)
+
+
+def test_boxes_hold_visible_pixels_and_drop_the_tiny_and_the_hidden():
+    mask = np.zeros((60, 80), np.bool_)
+    mask[10:30, 20:36] = True
+    box = visible_box(mask, whole=320)
+    assert box is not None
+    assert box.tolist() == [20, 10, 36, 30]
+    assert visible_box(mask, whole=320 / 0.1) is None
+    tiny = np.zeros_like(mask)
+    tiny[10:15, 10:15] = True
+    assert visible_box(tiny, whole=25) is None
+    assert visible_box(np.zeros_like(mask), whole=25) is None
+
+
+def test_shadows_are_darker_in_a_stronger_sun():
+    soft = shadow_brightness(Sun(azimuth=0, elevation=1, color=(0.2, 0.2, 0.2), ambient=0.7))
+    hard = shadow_brightness(Sun(azimuth=0, elevation=1, color=(1.3, 1.3, 1.3), ambient=0.3))
+    assert 0 < hard < soft < 1
+
+
+def test_a_shader_of_another_form_is_refused_with_the_reason():
+    with pytest.raises(ShaderError, match=r"void main"):
+        lit_vertex("no entry point")
+    with pytest.raises(ShaderError, match="brace"):
+        lit_fragment("void main() { } // after")
