@@ -7,7 +7,10 @@ from schemas.geometry import Pose2, Pose3
 
 @dataclass(frozen=True)
 class SymbolSpace:
-    """What the robot's language ranges over (Eqs. annotation-symbol-space, behavior-inference-space)."""
+    """What the robot's language ranges over.
+
+    Paper, Eqs. annotation-symbol-space and experiments-behavior-inference-space.
+    """
 
     object_classes: tuple[str, ...]
     locations: tuple[str, ...]

@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import io
+import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +11,14 @@ from importlib import import_module
 
 from schemas.errors import InternalFaultError, MissingComponentError, UserError
 
-USAGE, INTERNAL_FAULT, MISSING_COMPONENT = 2, 1, 5
+USAGE = 2
+EXIT_CODES: dict[type[BaseException], int] = {
+    UserError: USAGE,
+    MissingComponentError: 5,
+    InternalFaultError: 1,
+    KeyboardInterrupt: 1,
+}
+"""Errors that end a verb with one line instead of a traceback."""
 
 
 @dataclass(frozen=True)
@@ -65,26 +73,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not given or given[0] in ("-h", "--help"):
         print(overview())
         return 0
-    name, rest = given[0], given[1:]
-    if name not in VERBS:
-        return _fail(f"unknown verb {name!r}; verbs are: {', '.join(VERBS)}", USAGE)
     try:
-        return run_verb(name, rest)
-    except UserError as error:
-        return _fail(str(error), USAGE)
-    except MissingComponentError as error:
-        return _fail(str(error), MISSING_COMPONENT)
-    except InternalFaultError as error:
-        return _fail(str(error), INTERNAL_FAULT)
-    except KeyboardInterrupt:
-        return _fail("interrupted", INTERNAL_FAULT)
+        return run_verb(given[0], given[1:])
     except BrokenPipeError:
-        sys.stderr.close()
+        # The reader has seen enough; the interpreter must not complain when it flushes stdout.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except tuple(EXIT_CODES) as error:
+        print(f"incognita: {error or 'interrupted'}", file=sys.stderr)
+        return next(code for kind, code in EXIT_CODES.items() if isinstance(error, kind))
 
 
 def run_verb(name: str, arguments: list[str]) -> int:
     """Import a verb's function, read its arguments by its signature, call it."""
+    if name not in VERBS:
+        raise UserError(f"unknown verb {name!r}; verbs are: {', '.join(VERBS)}")
     verb = VERBS[name]
     module, function = verb.function.split(":")
     call = getattr(import_module(f"services.commands.{module}"), function)
@@ -128,11 +131,6 @@ def overview() -> str:
         "'incognita VERB --help' tells more. First steps: incognita demo hydrant",
     ]
     return "\n".join(lines)
-
-
-def _fail(text: str, code: int) -> int:
-    print(f"incognita: {text}", file=sys.stderr)
-    return code
 
 
 if __name__ == "__main__":

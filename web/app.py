@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import json
 import secrets
 import sys
 from collections.abc import Generator
@@ -12,12 +13,14 @@ import viser._messages
 import websockets.asyncio.server
 
 from robots.spec import RobotSpec
+from schemas.geometry import Pose2
 from web.gate import Gate
 from web.map_view import MapView
 from web.panels import Panels
 from web.requests import Inbox
 from web.robot_view import RobotView
 from web.view_model import ViewModel
+from web.viewpoints import viewpoint
 
 _host = "127.0.0.1"
 _brand = (30, 90, 160)
@@ -55,7 +58,8 @@ class App:
         _set_look(self.server)
         self._robot = RobotView(self.server.scene, self._spec)
         self._map = MapView(self.server.scene)
-        self._panels = Panels(self.server, self.inbox, self._map.layers)
+        switches = self._map.switches() | {"Laser": self._robot.laser_frame}
+        self._panels = Panels(self.server, self.inbox, switches)
         self.server.on_client_connect(self._panels.greet)
         if self.port != self._asked_port or self._token_is_new:
             print(f"web: page at {self.address}", file=sys.stderr)
@@ -113,7 +117,7 @@ def _remove_share_tunnel(server: viser.ViserServer) -> None:
 def _add_keys(server: viser.ViserServer, title: str) -> None:
     connection: Any = getattr(server, "_websock_server")  # noqa: B009 (private to viser)
     messages: Any = viser._messages  # pyright: ignore[reportPrivateUsage]
-    script = _page_script.replace("TITLE", repr(title))
+    script = _page_script.replace("TITLE", json.dumps(title))
     connection.queue_message(messages.RunJavascriptMessage(source=script))
 
 
@@ -138,6 +142,7 @@ def _set_look(server: viser.ViserServer) -> None:
         plane="xy",
         shadow_opacity=0.0,
     )
-    server.initial_camera.position = (-4.5, -9.0, 9.0)
-    server.initial_camera.look_at = (3.0, 0.0, 0.0)
+    position, target = viewpoint("Overview", Pose2(0.0, 0.0, 0.0))
+    server.initial_camera.position = position
+    server.initial_camera.look_at = target
     server.initial_camera.fov = 0.85

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from schemas.arrays import Flags, Floats, Ints
 from schemas.belief import MapBelief
+from schemas.task import Decision
 from web.shapes import Instances
 
 Rows = NDArray[np.intp]
@@ -18,6 +19,9 @@ _shown_from_existence = 0.2
 _mode_radius = 2.0
 _modes_shown = 4
 _smallest_mode = 0.03
+_same_place = 3.0
+_solid_from = 3.0
+"""Times the mean weight from which a guess is drawn as solid as guesses get."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +47,23 @@ class Mode:
     """Summed weight of the hypotheses that put it here."""
     mean: Floats
     """(2,) map frame [m]"""
+    place: Floats
+    """Of the heaviest object in it (2,), map frame [m]."""
     covariance: Floats
     """Spread over the hypotheses (2, 2) [m^2]."""
     extent: Floats
     """(3,) [m]"""
     seen: bool
     """Whether it is (mostly) an observed object."""
+
+
+@dataclass(frozen=True)
+class GoalObject:
+    """What the robot is after, as far as it knows."""
+
+    mode: Mode
+    position: Floats
+    """(2,) map frame [m]"""
 
 
 def hypothesised(belief: MapBelief) -> dict[str, Instances]:
@@ -58,7 +73,8 @@ def hypothesised(belief: MapBelief) -> dict[str, Instances]:
     strongest = mass.max(initial=0.0)
     if strongest <= 0:
         return {}
-    opacity = _faintest + (_strongest - _faintest) * mass / strongest
+    reference = max(strongest, _solid_from / len(belief.weights))
+    opacity = _faintest + (_strongest - _faintest) * mass / reference
     found: dict[str, Instances] = {}
     for index in np.unique(belief.class_index[rows]):
         chosen = np.flatnonzero(belief.class_index[rows] == index)
@@ -117,23 +133,18 @@ def modes(belief: MapBelief) -> list[Mode]:
     return sorted(found, key=lambda mode: -mode.mass)
 
 
-def mode_near(found: list[Mode], place: Floats, limit: float = 3.0) -> Mode | None:
-    """The mode closest to a place (2,) in the map, None if all are further than `limit` [m]."""
-    distances = [float(np.hypot(*(mode.mean - place))) for mode in found]
-    if not distances or min(distances) > limit:
+def goal_object(belief: MapBelief, decision: Decision) -> GoalObject | None:
+    """The object that the chosen candidate is about; None for ground that is to be explored."""
+    found, kind = modes(belief), decision.kinds[decision.chosen]
+    if not found or kind == "frontier":
         return None
-    return found[int(np.argmin(distances))]
-
-
-def figure_place(belief: MapBelief, near: Floats) -> Floats:
-    """Position (2,) of the object closest to `near` among those that may be the figure.
-
-    Raises:
-        ValueError: no hypothesis has a figure.
-    """
-    rows, _ = figure_rows(belief)
-    distances = np.hypot(*(belief.position[rows] - near).T)
-    return belief.position[rows[int(np.argmin(distances))]]
+    if kind == "stop":
+        return GoalObject(found[0], found[0].place)
+    target = decision.positions[decision.chosen]
+    mode = min(found, key=lambda mode: float(np.hypot(*(mode.mean - target))))
+    if np.hypot(*(mode.mean - target)) > _same_place:
+        return None
+    return GoalObject(mode, mode.place if mode.seen else target)
 
 
 def _keys(belief: MapBelief) -> Ints:
@@ -164,6 +175,7 @@ def _mode(belief: MapBelief, rows: Rows, mass: Floats) -> Mode:
         name=belief.classes[belief.class_index[heaviest]],
         mass=float(mass.sum()),
         mean=mean,
+        place=belief.position[heaviest],
         covariance=spread + inner,
         extent=belief.extent[heaviest],
         seen=bool(belief.particle[heaviest] < 0),

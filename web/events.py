@@ -58,7 +58,7 @@ def _events(message: Struct) -> Iterator[tuple[str, Event]]:
             subject = f"understood {message.instruction_id}"
             yield subject, Event(message.stamp_ns, "understood", _understanding(message))
         case Decision():
-            yield "decision", Event(message.stamp_ns, "decided", message.reason)
+            yield "decision", Event(message.stamp_ns, "decided", _without_figures(message.reason))
         case Goal():
             x, y = message.map_from_goal.x, message.map_from_goal.y
             yield "goal", Event(message.stamp_ns, "decided", f"new goal at {x:.1f}, {y:.1f}")
@@ -101,3 +101,8 @@ def _service_events(status: SystemStatus) -> Iterator[tuple[str, Event]]:
             text += f", restarted {service.restarts} times"
         kind = "status" if service.state is ServiceState.RUNNING else "fault"
         yield f"service {service.name}", Event(status.stamp_ns, kind, text)
+
+
+def _without_figures(reason: str) -> str:
+    """A reason up to its bracket: the figures in it change with every decision."""
+    return reason.split(" (", 1)[0]

@@ -10,6 +10,8 @@ _unknown = (250, 250, 252, 0)
 """Clear, and yet light: the browser blends the colours of neighbouring cells."""
 _occupied = (52, 58, 70, 255)
 _tint = (0, 158, 115)
+_sharp = 0.07
+"""Size of a texel from which on cells look crisp [m]."""
 _strongest_tint = 90.0
 _sure = 5
 """Log odds, in tenths, from which a cell counts as free or occupied."""
@@ -31,6 +33,12 @@ def looked_picture(grid: OccupancyGrid) -> Bytes:
     picture[..., 3] = np.round(_strongest_tint * (1 - np.minimum(miss, 1.0)))
     picture[grid.occupancy >= _sure, 3] = 0
     return picture
+
+
+def magnified(picture: Bytes, resolution: float) -> Bytes:
+    """The picture with coarse cells split up, so that the browser's blending keeps their edges."""
+    times = int(np.clip(round(resolution / _sharp), 1, 3))
+    return picture.repeat(times, axis=0).repeat(times, axis=1)
 
 
 def size_m(grid: OccupancyGrid) -> tuple[float, float]:

@@ -106,7 +106,7 @@ class Layer:
         if known and len(known.batched_positions) == size:
             if not np.array_equal(known.batched_positions, positions):
                 known.batched_positions = positions
-            if not np.array_equal(known.batched_scales, extents):
+            if known.batched_scales is None or np.any(known.batched_scales != extents):
                 known.batched_scales = extents
             if not np.array_equal(known.batched_colors, colours):
                 known.batched_colors = colours

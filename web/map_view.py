@@ -9,14 +9,23 @@ from schemas.belief import MapBelief, OccupancyGrid
 from schemas.geometry import Pose2
 from schemas.task import Decision, Goal, GoalStatus
 from web import grid_model
-from web.belief_model import figure_place, hypothesised, mode_near, modes, observed
+from web.belief_model import GoalObject, goal_object, hypothesised, modes, observed
 from web.colours import BLUE, GREEN, class_colour, cost_colours
+from web.decision_model import cheapest_places
 from web.layer import Layer
 from web.shapes import ARROW, UNIT_CYLINDER, Instances, class_mesh, ellipse, polyline, wire_box
 from web.view_model import ViewModel
 
-_layers = ("grid", "looked", "trajectory", "seen", "guesses", "policy", "goal", "path")
-_candidates_shown = 24
+_layers = {
+    "grid": "Obstacles and floor",
+    "looked": "Looked at, empty",
+    "seen": "Seen objects",
+    "guesses": "Guessed objects",
+    "trajectory": "Way so far",
+    "goal": "Goal",
+    "path": "Planned path",
+    "policy": "Candidates and costs",
+}
 _costs_shown = 6
 _disc = UNIT_CYLINDER.scaled(0.4, 0.4, 0.03)
 _node = UNIT_CYLINDER.scaled(0.12, 0.12, 0.03)
@@ -28,21 +37,13 @@ class MapView:
     """Draws what changed since the last call, each message once."""
 
     def __init__(self, scene: viser.SceneApi) -> None:
-        self.layers = {
-            name: Layer(scene, f"/{name}")
-            for name in (
-                "grid",
-                "looked",
-                "trajectory",
-                "seen",
-                "guesses",
-                "policy",
-                "goal",
-                "path",
-            )
-        }
+        self.layers = {name: Layer(scene, f"/{name}") for name in _layers}
         self._floor = FloorView(scene)
         self._done: dict[str, object] = {}
+
+    def switches(self) -> dict[str, viser.FrameHandle]:
+        """What can be hidden, by the title of its switch."""
+        return {title: self.layers[name].frame for name, title in _layers.items()}
 
     def show(self, view: ViewModel) -> None:
         """Bring the scene up to date."""
@@ -101,18 +102,15 @@ class MapView:
 
     def _show_candidates(self, decision: Decision, active: bool) -> None:
         layer = self.layers["policy"]
-        costs = np.asarray(decision.costs)
-        cheapest = np.argsort(costs, kind="stable")
-        cheapest = cheapest[np.isfinite(costs[cheapest])][:_candidates_shown]
-        positions = decision.positions[cheapest]
+        positions, costs = cheapest_places(decision)
         with layer.redraw():
             if not active:
                 return
             discs = Instances.on_floor(positions, 0.04)
-            layer.batch("discs", _disc, discs, cost_colours(costs[cheapest]))
-            for k in range(min(len(positions), _costs_shown)):
-                at = np.array([*positions[k], 0.12])
-                layer.label(f"cost/{k}", f"{costs[cheapest[k]]:.1f}", at, 0.65)
+            layer.batch("discs", _disc, discs, cost_colours(costs))
+            for k, (position, cost) in enumerate(zip(positions, costs, strict=True)):
+                if k < _costs_shown:
+                    layer.label(f"cost/{k}", f"{cost:.1f}", np.array([*position, 0.12]), 0.65)
 
     def _show_goal(
         self,
@@ -121,26 +119,22 @@ class MapView:
         goal: Goal | None,
         active: bool,
     ) -> None:
-        layer = self.layers["goal"]
-        with layer.redraw():
+        meant = goal_object(belief, decision) if belief and decision else None
+        with self.layers["goal"].redraw():
             if goal and active:
                 self._show_target(goal.map_from_goal)
-            if belief and decision and len(decision.positions):
-                self._show_meant(belief, decision.positions[decision.chosen])
+            if meant:
+                self._show_meant(meant)
 
     def _show_target(self, at: Pose2) -> None:
         layer = self.layers["goal"]
         position = np.array([at.x, at.y, 0.06])
         layer.solid("target", ARROW.scaled(0.5, 0.42, 0.05), GREEN, position, at.yaw)
 
-    def _show_meant(self, belief: MapBelief, chosen: Floats) -> None:
-        """The object that the chosen place is about, solid, with the mass that it is the one."""
-        found = modes(belief)
-        mode = mode_near(found, chosen)
-        if mode is None:
-            return
+    def _show_meant(self, meant: GoalObject) -> None:
+        """The object that the robot is after, solid, with the mass that it is the one."""
+        mode, (x, y) = meant.mode, meant.position
         layer, extent = self.layers["goal"], mode.extent * _solid_margin
-        x, y = figure_place(belief, chosen)
         body = class_mesh(mode.name).scaled(*extent.tolist())
         layer.solid("meant", body, class_colour(mode.name), np.array([x, y, extent[2] / 2]))
         text = f"GOAL {mode.name} {mode.mass:.2f}"
@@ -163,7 +157,8 @@ class FloorView:
 
     def show(self, grid: OccupancyGrid) -> None:
         """Draw the grid; only a grid that grew makes new objects in the browser."""
-        pictures = [grid_model.occupancy_picture(grid), grid_model.looked_picture(grid)]
+        obstacles = grid_model.magnified(grid_model.occupancy_picture(grid), grid.resolution)
+        pictures = [obstacles, grid_model.looked_picture(grid)]
         shape = (grid.occupancy.shape, grid.origin, grid.resolution)
         if shape == self._shape:
             for image, picture in zip(self._images, pictures, strict=True):

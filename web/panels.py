@@ -8,13 +8,17 @@ from viser import uplot
 
 from schemas import topics
 from schemas.belief import MapBelief
+from schemas.geometry import Pose2
 from web import reports
 from web.camera_view import annotated
 from web.colours import BLUE, css
-from web.layer import Layer
 from web.requests import LONGEST_INSTRUCTION, Cancel, Inbox, Release, Say, Stop, means_stop
 from web.understood import understood_html
 from web.view_model import ViewModel
+from web.viewpoints import VIEWPOINTS, viewpoint
+
+Switches = dict[str, viser.FrameHandle]
+"""What can be hidden, by the title of its switch."""
 
 _slow_period_ns = 500_000_000
 _stop_colour = (201, 28, 34)
@@ -26,10 +30,11 @@ _no_picture = np.full((48, 64, 3), 232, np.uint8)
 class Panels:
     """All widgets. Their callbacks run in other threads and do nothing but fill the inbox."""
 
-    def __init__(self, server: viser.ViserServer, inbox: Inbox, layers: dict[str, Layer]) -> None:
+    def __init__(self, server: viser.ViserServer, inbox: Inbox, layers: Switches) -> None:
         self._inbox = inbox
         self._shown: dict[int, str] = {}
         self._slow_ns = 0
+        self._map_from_base = Pose2(0.0, 0.0, 0.0)
         self._picture: object = None
         self._effective: deque[tuple[float, float]] = deque(maxlen=_history)
         self._belief: MapBelief | None = None
@@ -55,8 +60,18 @@ class Panels:
             elif said:
                 self._inbox.put(Say(said, number))
 
+    def _look(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+        """Move the camera of the one who asked."""
+        if event.client is None:
+            return
+        position, target = viewpoint(event.target.value, self._map_from_base)
+        with event.client.atomic():
+            event.client.camera.position = position
+            event.client.camera.look_at = target
+
     def show(self, view: ViewModel) -> None:
         """Bring all panels up to date; what did not change costs nothing."""
+        self._map_from_base = view.map_from_base
         self._release.visible = view.stopped
         self._cancel.visible = view.active
         self._show_words(view)
@@ -83,15 +98,17 @@ class Panels:
         gui.main_panel.dock_left()
         gui.main_panel.set_width(_left_width)
 
-    def _build_right(self, gui: viser.GuiApi, layers: dict[str, Layer]) -> None:
+    def _build_right(self, gui: viser.GuiApi, layers: Switches) -> None:
         panel = gui.add_panel()
         with panel.add_tab("Belief", viser.Icon.CHART_HISTOGRAM):
             self._where = gui.add_html("")
             self._camera = gui.add_image(_no_picture, label="camera", jpeg_quality=80)
             self._plot = _effective_plot(gui)
         with panel.add_tab("Layers", viser.Icon.STACK_2):
-            for name, layer in layers.items():
-                _add_switch(gui, name, layer)
+            views = gui.add_button_group("View", VIEWPOINTS)
+            views.on_click(self._look)
+            for title, frame in layers.items():
+                _add_switch(gui, title, frame)
         with panel.add_tab("Health", viser.Icon.HEART_RATE_MONITOR):
             self._health = gui.add_html("")
         panel.dock_right()
@@ -156,9 +173,9 @@ def _effective_plot(gui: viser.GuiApi) -> viser.GuiUplotHandle:
     )
 
 
-def _add_switch(gui: viser.GuiApi, name: str, layer: Layer) -> None:
-    switch = gui.add_checkbox(name, initial_value=True)
+def _add_switch(gui: viser.GuiApi, title: str, frame: viser.FrameHandle) -> None:
+    switch = gui.add_checkbox(title, initial_value=True)
 
     @switch.on_update
     def _toggle(_: object) -> None:
-        layer.frame.visible = switch.value
+        frame.visible = switch.value

@@ -33,8 +33,9 @@ class RobotView:
         self._build_body()
         self._build_sensors()
         self._wheels = {name: self._build_wheel(name, *at) for name, at in _wheel_places(spec)}
-        self.laser: viser.PointCloudHandle = scene.add_point_cloud(
-            "/laser",
+        self.laser_frame = scene.add_frame("/laser", show_axes=False)
+        self._laser: viser.PointCloudHandle = scene.add_point_cloud(
+            "/laser/points",
             np.zeros((1, 3), np.float32),
             _laser_colour,
             point_size=0.05,
@@ -56,9 +57,9 @@ class RobotView:
             points = scan_points(scan, self._spec.laser.height)
             map_from_odom = view.map_from_odom
             points[:, :2] = map_from_odom.apply(points[:, :2])
-            self.laser.visible = len(points) > 0
+            self._laser.visible = len(points) > 0
             if len(points):
-                self.laser.points = points.astype(np.float32)
+                self._laser.points = points.astype(np.float32)
 
     def _turn_wheels(self, joints: JointState) -> None:
         for name, angle in zip(joints.names, joints.positions, strict=True):

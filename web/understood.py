@@ -40,7 +40,7 @@ def understood_html(
     parts: list[str] = []
     if status:
         parts.append(_status(status))
-    if status and decision and status.state is TaskState.ACTIVE:
+    if status and decision and _is_news(decision, status):
         parts.append(markup.heading("Doing now") + markup.paragraph(decision.reason))
     if annotations:
         parts.append(_meaning(annotations))
@@ -48,6 +48,10 @@ def understood_html(
         parts += [markup.heading("You said"), markup.paragraph(instruction.text)]
         parts.append(markup.paragraph("Trying to understand it …", markup.QUIET))
     return markup.padded(*parts)
+
+
+def _is_news(decision: Decision, status: InstructionStatus) -> bool:
+    return status.state is TaskState.ACTIVE and decision.reason != status.reason
 
 
 def word_roles(annotations: Annotations) -> list[tuple[str, str, Rgb]]:

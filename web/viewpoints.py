@@ -5,7 +5,7 @@ import numpy as np
 from schemas.arrays import Floats
 from schemas.geometry import Pose2
 
-VIEWPOINTS = ("Overview", "Top", "Follow")
+VIEWPOINTS = ("Overview", "Top", "Robot")
 
 
 def viewpoint(name: str, map_from_base: Pose2) -> tuple[Floats, Floats]:
@@ -15,15 +15,16 @@ def viewpoint(name: str, map_from_base: Pose2) -> tuple[Floats, Floats]:
         KeyError: the name is not in `VIEWPOINTS`.
     """
     position, target = {
-        "Overview": ((-4.5, -9.0, 9.0), (3.0, 0.0, 0.0)),
+        "Overview": ((-4.0, -11.0, 11.0), (4.0, -0.5, 0.0)),
         # Straight down the up direction is undefined: stay a little south.
         "Top": ((2.0, -0.1, 17.0), (2.0, 0.0, 0.0)),
-        "Follow": ((-4.0, 0.0, 2.8), (3.0, 0.0, 0.3)),
+        "Robot": ((-4.0, 0.0, 2.8), (3.0, 0.0, 0.3)),
     }[name]
     if name == "Overview":
         return np.array(position), np.array(target)
-    return _to_map(position, map_from_base), _to_map(target, map_from_base)
+    turned = map_from_base if name == "Robot" else Pose2(map_from_base.x, map_from_base.y, 0.0)
+    return _to_map(position, turned), _to_map(target, turned)
 
 
-def _to_map(point: tuple[float, float, float], map_from_base: Pose2) -> Floats:
-    return np.array([*map_from_base.apply(np.array(point[:2])), point[2]])
+def _to_map(point: tuple[float, float, float], map_from_viewed: Pose2) -> Floats:
+    return np.array([*map_from_viewed.apply(np.array(point[:2])), point[2]])

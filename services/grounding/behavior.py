@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from services.grounding.spatial import GAP, ROBOT_GAP, Placement, is_exhaustive, truth, viewer_frame
+from services.grounding.spatial import GAP, ROBOT_GAP, Placement, is_unbounded, truth, viewer_frame
 from services.grounding.symbols import ROBOT
 from services.grounding.understanding import UNKNOWN, Intent
 from services.grounding.world import WorldObjects
@@ -27,8 +27,9 @@ NONE = -1
 TRUTH_EDGES = np.array([0.1, 0.3, 0.5, 0.7, 0.9, 0.97])
 PAIR_FEATURES = (
     "pair",
-    *(f"direction truth {bin_}" for bin_ in range(len(TRUTH_EDGES) + 1)),
-    *(f"distance truth {bin_}" for bin_ in range(len(TRUTH_EDGES) + 1)),
+    *(f"truth {bin_}" for bin_ in range(len(TRUTH_EDGES) + 1)),
+    "unbounded false",
+    "unbounded true",
     "nearest",
     "second nearest",
     "farther",
@@ -153,14 +154,18 @@ def features(intent: Intent, pairs: Pairs, objects: Objects) -> NDArray[np.bool_
         columns = _COLUMN["nearest"] + rank
         table[rows[~missing], columns[~missing]] = True
     else:
-        # Anything far off is "away": such a degree says less than the same degree of "behind".
-        first = _COLUMN[
-            "distance truth 0" if is_exhaustive(intent.relation) else "direction truth 0"
-        ]
-        bins = np.digitize(truth(intent.relation, place(intent, pairs, objects)), TRUTH_EDGES)
-        table[rows[~missing], (first + bins)[~missing]] = True
+        columns = _truth_columns(intent.relation, place(intent, pairs, objects))
+        table[rows[~missing], columns[~missing]] = True
     _describe_sought(table, pairs, objects)
     return table
+
+
+def _truth_columns(relation: str, placement: Placement) -> Ints:
+    degrees = truth(relation, placement)
+    if is_unbounded(relation):
+        # Anything far off is "away", so that a higher degree says nothing more.
+        return _COLUMN["unbounded false"] + (degrees > 0.5)
+    return _COLUMN["truth 0"] + np.digitize(degrees, TRUTH_EDGES)
 
 
 def _describe_sought(table: NDArray[np.bool_], pairs: Pairs, objects: Objects) -> None:
@@ -183,6 +188,13 @@ def _ranks(pairs: Pairs, placement: Placement) -> Ints:
     ranks = np.empty(len(order), dtype=np.int64)
     ranks[order] = at - np.maximum.accumulate(np.where(first, at, 0))
     return ranks
+
+
+def prior(intent: Intent, pairs: Pairs, worlds: int) -> Floats:
+    """Log prior of every pair: equal shares, but a superlative means one however many there are."""
+    if intent.comparative:
+        return np.zeros(len(pairs.world))
+    return -np.log(np.bincount(pairs.world, minlength=worlds)[pairs.world])
 
 
 def pair_probabilities(logits: Floats, world: Ints, worlds: int) -> tuple[Floats, Floats]:

@@ -50,6 +50,10 @@ class CorrespondenceGraph:
     weights: Weights
     _cache: dict[Phrase, Distribution] = field(default_factory=dict[Phrase, Distribution])
 
+    def __post_init__(self) -> None:
+        # Built here, so that the first sentence is as fast as the next.
+        _ = self.table.attributes_of, self.table.blocks, self.table.index
+
     def infer(self, phrase: Phrase) -> Distribution:
         """Distribution over the sets of symbols that are true at this phrase."""
         if phrase not in self._cache:

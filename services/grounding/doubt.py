@@ -3,6 +3,7 @@
 import difflib
 
 from services.grounding.lexicon import Lexicon, constituents, printed
+from services.grounding.symbols import ROBOT
 from services.grounding.tree import Phrase
 from services.grounding.understanding import UNKNOWN, Annotation, Intent
 
@@ -74,7 +75,8 @@ def is_understood(
     if not intents or intents[0].probability < statement_mass:
         return _is_noteworthy(annotations[0], partial)
     best = intents[0]
-    placed = best.relation == UNKNOWN or best.landmark != UNKNOWN
+    # The robot itself is no goal unless a landmark says where it is to stand.
+    placed = best.landmark != UNKNOWN or (best.relation == UNKNOWN and best.object != ROBOT)
     known = UNKNOWN not in (best.action, best.object)
     return known and placed and best.probability >= MIN_CONFIDENCE
 

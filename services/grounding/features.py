@@ -10,7 +10,7 @@ features of class pairs: composition must come from the matches, which is what m
 between classes that never stood together in the corpus work.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -41,6 +41,7 @@ MATCHES = (
     "fact.figure",
     "fact.region",
     "fact.figure_in_region",
+    "fact.own_relation_to_child",
     "action.same",
     "action.own",
     "action.object_child",
@@ -163,7 +164,7 @@ def _simple_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Itera
 
 def _region_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Iterator[_Hit]:
     block = table.blocks["region"]
-    yield from _pairs("region.same", block, child.regions)
+    yield from _at("region.same", block, child.regions)
     if own.relations:
         yield "region.relation_own", block[sorted(own.relations)].ravel()
     if child.relations:
@@ -173,8 +174,8 @@ def _region_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Itera
         landmarks, suffix = child.classes, "child"
     else:
         landmarks, suffix = _robot(table), "robot"
-    yield from _pairs(f"region.own_of_{suffix}", block, product(own.relations, landmarks))
-    yield from _pairs(f"region.child_of_{suffix}", block, product(child.relations, landmarks))
+    yield from _at(f"region.own_of_{suffix}", block, product(own.relations, landmarks))
+    yield from _at(f"region.child_of_{suffix}", block, product(child.relations, landmarks))
 
 
 def _fact_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Iterator[_Hit]:
@@ -184,6 +185,9 @@ def _fact_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Iterato
         yield "fact.same", block.ravel()[sorted(child.facts)]
     if figures:
         yield "fact.figure", block[:, figures].ravel()
+    # "the closest hydrant to the cone": relation and figure are the phrase's own words.
+    spoken = product(own.relations, own.classes, child.classes)
+    yield from _at("fact.own_relation_to_child", block, spoken)
     if child.regions:
         relations, landmarks = (list(side) for side in zip(*sorted(child.regions), strict=True))
         yield "fact.region", block[relations, :, landmarks].ravel()
@@ -194,20 +198,21 @@ def _fact_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Iterato
 
 def _action_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Iterator[_Hit]:
     block = table.blocks["action"]
-    yield from _pairs("action.same", block, child.actions)
+    yield from _at("action.same", block, child.actions)
     if own.verbs:
         yield "action.own", block[sorted(own.verbs)].ravel()
     if child.classes:
         yield "action.object_child", block[:, sorted(child.classes)].ravel()
-        yield from _pairs("action.own_on_child", block, product(own.verbs, child.classes))
+        yield from _at("action.own_on_child", block, product(own.verbs, child.classes))
     else:
-        yield from _pairs("action.own_on_robot", block, product(own.verbs, _robot(table)))
+        yield from _at("action.own_on_robot", block, product(own.verbs, _robot(table)))
 
 
-def _pairs(
-    name: str, block: NDArray[np.int64], pairs: "set[Pair] | product[Pair]"
+def _at(
+    name: str, block: NDArray[np.int64], positions: Iterable[tuple[int, ...]]
 ) -> Iterator[_Hit]:
-    found = [block[pair] for pair in pairs]
+    """Yields the feature with the symbols at the given positions of a block, if there are any."""
+    found = [block[position] for position in positions]
     if found:
         yield name, np.array(found, dtype=np.int64)
 

@@ -217,6 +217,7 @@ class GroundingModel:
         """Adds the behaviours of one intent to `found`; returns its "none" mass by hypothesis."""
         pairs = behavior.candidates(intent, objects, self.names)
         logits = behavior.features(intent, pairs, objects) @ self.pair_weights
+        logits += behavior.prior(intent, pairs, len(found))
         probabilities, none = behavior.pair_probabilities(logits, pairs.world, len(found))
         columns = (
             pairs.world.tolist(),

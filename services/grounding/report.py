@@ -58,7 +58,7 @@ def describe(understanding: Understanding, behaviors: BehaviorDistribution) -> s
     if not understanding.understood:
         words = ", ".join(understanding.unknown_words) or "nothing in it can be done"
         possible = "\n".join(f"  {line}" for line in understanding.possible)
-        return f"not understood: {words}\npossible:\n{possible}"
+        return f"not understood: {words}\n{understanding.question}\npossible:\n{possible}"
     lines = [f"parse {understanding.parse_probability:.2f}: {understanding.parse}"]
     for one in understanding.annotations[:3]:
         relations = ", ".join(f"{f} {r} {m}" for r, f, m in one.relations)

@@ -23,10 +23,12 @@ GAP = 1.25
 """Typical free space between two related objects outdoors [m]."""
 ROBOT_GAP = 4.0
 """The same where the landmark is the robot: what it is told about is rarely that close [m]."""
-AWAY_DISTANCE = 8.0
+AWAY_DISTANCE = 9.0
 """Typical distance of "away from" and "far from" [m]."""
 LOG_SPREAD = 0.6
 """Standard deviation of the logarithm of distances."""
+AWAY_LOG_SPREAD = 0.35
+"""The same for "away" on the side of the landmark, where it soon stops being true."""
 BACKGROUND_AREA = 400.0
 """An object that stands in no relation is anywhere in this area [m^2]."""
 
@@ -68,21 +70,21 @@ def viewer_frame(offsets: Floats, sight: Floats) -> tuple[Floats, Floats]:
 def truth(relation: str, placement: Placement) -> Floats:
     """Degree in [0, 1] to which each figure stands in a relation to its landmark (P,).
 
-    It is the posterior of the relation against those that exclude it and, unless one of them
-    always holds, against standing anywhere. A relation without geometry is always true.
+    It is the posterior of the relation against those that exclude it and, unless it is unbounded,
+    against standing anywhere. A relation without geometry ("unknown") is always true.
     """
-    family = next((one for one in FAMILIES if relation in one.relations), None)
-    if family is None:
+    family = next((names for names in FAMILIES if relation in names), ())
+    if not family:
         return np.ones_like(placement.along)
-    total = np.full_like(placement.along, _TINY if family.exhaustive else 1.0 / BACKGROUND_AREA)
-    for density in {DENSITY[name] for name in family.relations}:
+    total = np.full_like(placement.along, _TINY if is_unbounded(relation) else 1 / BACKGROUND_AREA)
+    for density in {DENSITY[name] for name in family}:
         total += density(placement)
     return DENSITY[relation](placement) / total
 
 
-def is_exhaustive(relation: str) -> bool:
-    """Whether every pair of objects stands in this relation or in one that excludes it."""
-    return any(family.exhaustive for family in FAMILIES if relation in family.relations)
+def is_unbounded(relation: str) -> bool:
+    """Whether almost any two objects stand in this relation, so that it says little."""
+    return relation in _UNBOUNDED
 
 
 def typical_offset(relation: str, of_robot: bool) -> Floats:
@@ -93,10 +95,10 @@ def typical_offset(relation: str, of_robot: bool) -> Floats:
     return np.array([u * scale, v * scale])
 
 
-def _log_normal(distance: Floats, median: Floats) -> Floats:
+def _log_normal(distance: Floats, median: Floats, spread: float = LOG_SPREAD) -> Floats:
     safe = np.maximum(distance, 1e-3)
-    z = np.log(safe / median) / LOG_SPREAD
-    density = np.exp(-0.5 * z * z) / (safe * LOG_SPREAD * math.sqrt(2.0 * math.pi))
+    z = np.log(safe / median) / spread
+    density = np.exp(-0.5 * z * z) / (safe * spread * math.sqrt(2.0 * math.pi))
     return np.where(distance > 0.0, density, 0.0)
 
 
@@ -105,11 +107,6 @@ def _directed(forward: Floats, sideways: Floats, placement: Placement) -> Floats
     z = sideways / spread
     across = np.exp(-0.5 * z * z) / (spread * math.sqrt(2.0 * math.pi))
     return _log_normal(forward, placement.touch + placement.gap) * across
-
-
-def _radial(placement: Placement, median: Floats) -> Floats:
-    ring = 2.0 * math.pi * np.maximum(placement.distance, 1e-3)
-    return _log_normal(placement.distance, median) / ring
 
 
 def _back(p: Placement) -> Floats:
@@ -129,11 +126,17 @@ def _right(p: Placement) -> Floats:
 
 
 def _near(p: Placement) -> Floats:
-    return _radial(p, p.touch + p.gap)
+    return _log_normal(p.distance, p.touch + p.gap) / _ring(p)
 
 
 def _away(p: Placement) -> Floats:
-    return _radial(p, np.maximum(3.0 * p.touch, AWAY_DISTANCE))
+    median = np.maximum(3.0 * p.touch, AWAY_DISTANCE)
+    closer = _log_normal(p.distance, median, AWAY_LOG_SPREAD)
+    return np.where(p.distance < median, closer, _log_normal(p.distance, median)) / _ring(p)
+
+
+def _ring(p: Placement) -> Floats:
+    return 2.0 * math.pi * np.maximum(p.distance, 1e-3)
 
 
 def _inside(p: Placement) -> Floats:
@@ -153,20 +156,11 @@ DENSITY: dict[str, Callable[[Placement], Floats]] = {
 }
 
 
-@dataclass(frozen=True)
-class Family:
-    """Relations that exclude one another; those of two families may both be true."""
+FAMILIES = (("back", "behind", "front", "left", "right"), ("near", "away"), ("inside",))
+"""Relations of one family exclude one another; "behind" and "near" may both be true."""
 
-    relations: tuple[str, ...]
-    exhaustive: bool
-    """Whether one of them always holds."""
-
-
-FAMILIES = (
-    Family(("back", "behind", "front", "left", "right"), exhaustive=False),
-    Family(("near", "away"), exhaustive=True),
-    Family(("inside",), exhaustive=False),
-)
+_UNBOUNDED = ("away",)
+"""Relations that hold for almost any two objects, wherever they stand."""
 
 _TYPICAL = {
     "back": (1.0, 0.0),

@@ -1,5 +1,6 @@
 """Trajectory and seen objects, shared by all particles: one incremental QR solver (iSAM)."""
 
+import math
 from dataclasses import dataclass, replace
 
 import gtsam
@@ -16,6 +17,7 @@ pose_spacing = 1.0
 pose_turn = 0.6
 """And after such a turn, so that yaw drift is corrected too [rad]."""
 _flush_after = 10
+_still = 0.1
 _anchor_sigmas = (0.01, 0.01, 0.003)
 _failures = (RuntimeError, IndexError, ValueError)
 
@@ -78,8 +80,10 @@ class Backbone:
     def due(self, odom_from_base: Pose2) -> bool:
         """Whether the robot has gone or turned far enough for a new pose node."""
         step = self._odom_from_node.inverse() @ odom_from_base
-        far = np.hypot(step.x, step.y) >= pose_spacing
-        return bool(far or abs(step.yaw) >= pose_turn or self._sightings.most >= _flush_after)
+        way, turn = math.hypot(step.x, step.y), abs(step.yaw)
+        # Standing still adds nothing but nodes, however much is seen meanwhile.
+        waiting = self._sightings.most >= _flush_after and (way > _still or turn > _still)
+        return way >= pose_spacing or turn >= pose_turn or waiting
 
     def restore(self, number: int, mean: Floats, covariance: Floats) -> None:
         """Take up an object of an earlier life of the process: (2,), (2, 2), map frame."""

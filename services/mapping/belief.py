@@ -8,7 +8,7 @@ from schemas.arrays import Floats, Ints
 from schemas.belief import MapBelief
 from schemas.geometry import Pose2
 from services.mapping import prior, relations
-from services.mapping.backbone import Backbone
+from services.mapping.backbone import Backbone, Uncertainty
 from services.mapping.filter import SemanticFilter
 from services.mapping.objects import TrackedObject
 from services.mapping.particles import (
@@ -155,6 +155,7 @@ def _thing(belief: MapBelief, row: int) -> TrackedObject:
         class_log=np.log(share),
         odds=float(np.log(existence / (1 - existence))),
         hits=_restored_hits,
+        seen_with=Uncertainty(0.0, 0.0),
     )
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from schemas.arrays import Floats
 from services.mapping.association import associate
-from services.mapping.objects import ObjectColumns, TrackedObject, columns, first_seen
+from services.mapping.objects import ObjectColumns, TrackedObject, columns, first_odds
 from services.mapping.sensing import Picture
 from services.mapping.visibility import View
 
@@ -82,13 +82,18 @@ class ObjectMap:
         return np.array([thing.mean for thing in self._things])
 
     def _first(self, picture: Picture, detection: int) -> TrackedObject:
-        return first_seen(
-            picture.points[detection],
-            picture.covariances[detection],
-            picture.class_probability[detection],
-            picture.extents[detection],
-            self._classes,
+        thing = TrackedObject(
+            number=-1,
+            mean=picture.points[detection],
+            covariance=picture.covariances[detection],
+            extent=picture.extents[detection],
+            class_log=np.full(self._classes, -np.log(self._classes)),
+            odds=first_odds,
+            hits=0,
+            seen_with=picture.uncertainty,
         )
+        thing.hit(picture.class_probability[detection], picture.extents[detection])
+        return thing
 
     def _hit(self, thing: TrackedObject, picture: Picture, detection: int) -> bool:
         gain = thing.covariance @ np.linalg.inv(thing.covariance + picture.covariances[detection])

@@ -10,7 +10,8 @@ from services.mapping.backbone import Uncertainty
 hit_limits = (-1.0, 1.2)
 """Most that one picture says for or against an object, in log odds: pictures are alike."""
 existence_ceiling = 4.0
-_first_odds = -1.0
+first_odds = -1.0
+"""Before anything speaks for an object."""
 _class_temper = 0.5
 _class_floor = 0.02
 _confirming_hits = 2
@@ -34,10 +35,10 @@ class TrackedObject:
     odds: float
     """Log odds that it exists."""
     hits: int
+    seen_with: Uncertainty
+    """Of the robot's pose at the last hit."""
     unseen: int = 0
     """Pictures since the last hit."""
-    seen_with: Uncertainty = Uncertainty(0.0, 0.0)
-    """Of the robot's pose at the last hit."""
 
     @property
     def confirmed(self) -> bool:
@@ -66,16 +67,6 @@ class TrackedObject:
         self.odds = min(self.odds + hit_log_odds(class_probability), existence_ceiling)
         self.class_log = fuse_classes(self.class_log, class_probability)
         self.extent = self.extent + (extent - self.extent) / min(self.hits, 10)
-
-
-def first_seen(
-    mean: Floats, covariance: Floats, class_probability: Floats, extent: Floats, classes: int
-) -> TrackedObject:
-    """A new, unconfirmed object at a detection."""
-    uniform = np.full(classes, -np.log(classes))
-    thing = TrackedObject(-1, mean, covariance, extent, uniform, _first_odds, 0)
-    thing.hit(class_probability, extent)
-    return thing
 
 
 def hit_log_odds(class_probability: Floats) -> float:

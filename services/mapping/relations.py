@@ -124,7 +124,7 @@ class Radial:
 
 _vague = Radial(gap=3.0, spread=2.5)
 relations: dict[str, Relation] = {
-    "back": Directed(u=1, v=0, gap=2.2, along=1.0, across=0.8),
+    "back": Directed(u=1, v=0, gap=2.4, along=1.0, across=0.8),
     "front": Directed(u=-1, v=0, gap=2.0, along=1.0, across=0.8),
     "left": Directed(u=0, v=1, gap=2.0, along=1.0, across=0.8),
     "right": Directed(u=0, v=-1, gap=2.0, along=1.0, across=0.8),

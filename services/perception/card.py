@@ -31,7 +31,9 @@ class DetectorCard(Struct, frozen=True, kw_only=True):
     map50_95: float
     """Mean over the overlaps 0.5, 0.55 ... 0.95."""
     average_precision50: dict[str, float]
-    """Of each class."""
+    """Of each class, at an overlap of 0.5."""
+    near_average_precision50: dict[str, float]
+    """The same without objects of less than `near_side` pixels, which are out of depth range."""
     calibration: Calibration
     reliability: tuple[ReliabilityBin, ...]
     """Of the probability of the named class, on pictures that took no part in fitting it."""

@@ -45,10 +45,7 @@ class Network:
     def __init__(self, weights: Path) -> None:
         # Process-wide. One thread already gives 50 frames/s; more would only starve the others.
         cv2.setNumThreads(1)
-        # The new engine does not raise when it cannot load a file: it returns an empty net.
-        self._net = cv2.dnn.readNetFromONNX(str(weights), engine=cv2.dnn.ENGINE_NEW)
-        if self._net.empty():
-            raise PerceptionError(f"OpenCV cannot load the network in {weights}")
+        self._net = _loaded(weights)
         self._outputs: Sequence[str] = self._net.getUnconnectedOutLayersNames()
 
     def __call__(self, blob: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -56,6 +53,18 @@ class Network:
         self._net.setInput(blob)
         (output,) = self._net.forward(self._outputs)
         return np.asarray(output[0], np.float32)
+
+
+def _loaded(weights: Path) -> cv2.dnn.Net:
+    refusal = f"OpenCV cannot load the network in {weights}"
+    try:
+        net = cv2.dnn.readNetFromONNX(str(weights), engine=cv2.dnn.ENGINE_NEW)
+    except cv2.error as error:
+        raise PerceptionError(refusal) from error
+    # A file that is ONNX, but holds what the new engine cannot run, gives an empty net instead.
+    if net.empty():
+        raise PerceptionError(refusal)
+    return net
 
 
 class Detector:

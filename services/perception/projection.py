@@ -18,7 +18,7 @@ ground_height = 0.06
 _layer_step = 0.12
 """Surfaces closer together than this along the optical axis are one [m]."""
 _least_pixels = 12
-_least_share = 0.15
+_least_share = 0.3
 """Of the box's inner part that must be on the object."""
 _inner = 0.7
 """Diameter of the inner part of a box, which the object itself fills best, in sides."""

@@ -10,7 +10,6 @@ from schemas.belief import MapBelief, OccupancyGrid
 from schemas.geometry import Pose2
 from schemas.language import Annotations
 from schemas.task import Failure, Goal, GoalStatus, TaskState
-from services.policy.candidates import Kind
 from services.policy.pacing import Pace, hidden_mass, seen_objects
 from services.policy.policy import BeliefPolicy, Choice, Memory
 from services.policy.referents import Referents
@@ -19,6 +18,8 @@ time_limit_s = 300.0
 """Of message time, pauses by the stop latch not counted [s]."""
 
 _failures_in_a_row = 6
+_idle_in_a_row = 5
+"""A grid that is short of a scan may hide all ways for a moment."""
 _missed_by = 0.6
 """A goal that ended farther off than this was not really reached [m]."""
 
@@ -48,19 +49,25 @@ class Errand:
     """None until the first decision of this process."""
     failures: int = 0
     """Goals that failed one after the other."""
+    idle: int = 0
+    """Decisions one after the other in which nothing was left to look at."""
     paused_ns: int = 0
     """Time spent under the stop latch."""
     refused: list[Floats] = field(default_factory=list[Floats])
     tried: list[Floats] = field(default_factory=list[Floats])
 
-    @property
-    def memory(self) -> Memory:
+    def searching_s(self, stamp_ns: int) -> float:
+        """Time since the start, without pauses [s]."""
+        return (stamp_ns - self.started_ns - self.paused_ns) / 1e9
+
+    def memory(self, stamp_ns: int) -> Memory:
         """What the next decision has to know of the earlier ones."""
         under_way = self.pace is not None and self.pace.ended_ns is None
         return Memory(
             refused=np.array(self.refused).reshape(-1, 2),
             tried=np.array(self.tried).reshape(-1, 3),
             current=self.pace.following if self.pace and under_way else None,
+            searching_s=self.searching_s(stamp_ns),
         )
 
     def goal_ended(self, status: GoalStatus, map_from_base: Pose2) -> None:
@@ -84,9 +91,11 @@ class Errand:
 
     def ending_before_choice(self, stamp_ns: int) -> Ending | None:
         """Whether it is over whatever the policy would choose."""
-        if stamp_ns - self.started_ns - self.paused_ns > time_limit_s * 1e9:
+        if self.searching_s(stamp_ns) > time_limit_s:
             reason = f"not done within {time_limit_s:.0f} s"
             return Ending(TaskState.FAILED, Failure.TIMEOUT, reason)
+        if self.idle >= _idle_in_a_row:
+            return Ending(TaskState.FAILED, Failure.NEVER_FOUND, "nothing is left to look at")
         if self.failures >= _failures_in_a_row:
             reason = f"{self.failures} goals in a row could not be reached"
             return Ending(TaskState.FAILED, Failure.PLANNER_FAILED, reason)
@@ -101,14 +110,18 @@ class Errand:
         map_from_base: Pose2,
     ) -> Choice | None:
         """Decide, if it is time to; remembers the circumstances."""
-        goal = policy.goal_of(referents)
+        memory = self.memory(belief.stamp_ns)
+        goal = policy.goal_of(referents, memory.searching_s)
         if self.pace and not self.pace.is_due(belief, referents, map_from_base, goal):
             return None
-        choice = policy.decide(belief, referents, grid, map_from_base, self.memory)
+        choice = policy.decide(belief, referents, grid, map_from_base, memory)
         self.decisions += 1
         following = choice.candidates.take(np.array([choice.chosen], np.int32))
         hidden = hidden_mass(referents, following)
         self.pace = Pace(belief.stamp_ns, map_from_base, seen_objects(belief), following, hidden)
+        if choice.is_idle:
+            self.pace.ended_ns = belief.stamp_ns
+        self.idle = self.idle + 1 if choice.is_idle else 0
         return choice
 
 
@@ -125,16 +138,6 @@ def ending_at_once(annotations: Annotations) -> Ending | None:
 def mode_of(annotations: Annotations) -> str:
     """Mode of the best behaviour."""
     return annotations.behaviors[0].mode if annotations.behaviors else "unknown"
-
-
-def ending_of(choice: Choice, least_gain: float) -> Ending | None:
-    """Whether a choice ends the instruction: it is to stop, or nothing is left to do."""
-    if choice.kind is not Kind.STOP:
-        if choice.gains[choice.chosen] >= least_gain:
-            return None
-    elif choice.confirmed > 0:
-        return Ending(TaskState.SUCCEEDED, None, "goal confirmed")
-    return Ending(TaskState.FAILED, Failure.NEVER_FOUND, "nothing is left to look at")
 
 
 def _why_not_understood(annotations: Annotations) -> str:

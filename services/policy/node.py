@@ -14,7 +14,7 @@ from schemas.run import RunConfig
 from schemas.sensing import Odometry
 from schemas.task import CancelRequest, GoalStatus, InstructionStatus, TaskState
 from schemas.topics import Handlers, Output
-from services.policy.errand import Ending, Errand, ending_at_once, ending_of, mode_of
+from services.policy.errand import Ending, Errand, ending_at_once, mode_of
 from services.policy.pairing import Pairing, Reading
 from services.policy.policy import BeliefPolicy, Choice
 from services.policy.reports import decision_of, goal_of, halt, progress, status_of
@@ -159,14 +159,14 @@ class PolicyNode:
     def _act(self, errand: Errand, belief: MapBelief, choice: Choice) -> Iterable[Output]:
         decision = decision_of(errand, belief, choice)
         yield topics.DECISION.of(decision)
-        over = ending_of(choice, self._policy.rule.least_gain)
-        if over is not None:
-            yield from self._end(errand, over, belief.stamp_ns)
+        if choice.confirms:
+            confirmed = Ending(TaskState.SUCCEEDED, None, "goal confirmed")
+            yield from self._end(errand, confirmed, belief.stamp_ns)
             return
         # Before the goal: a restarted policy then never sends a second goal of the same id.
         status = progress(errand, belief.stamp_ns, decision.reason)
         yield topics.INSTRUCTION_STATUS.of(status)
-        if not choice.kept:
+        if not choice.kept and not choice.is_idle:
             errand.goal = goal_of(errand, belief, choice, self._spec.limits.linear_speed)
             yield topics.GOAL.of(errand.goal)
 

@@ -20,6 +20,7 @@ _approaches = np.radians(np.arange(0.0, 360.0, 30.0))
 _turns = np.radians(np.arange(0.0, 360.0, 45.0))
 _turn_target = 3.0
 _frontiers = 10
+_horizon = 25.0
 _spread = 2.5
 _short_of = 1.5
 """A frontier is looked at from a place this far before it [m]."""
@@ -65,13 +66,17 @@ def turns(map_from_base: Pose2) -> Candidates:
     return looking(Kind.FRONTIER, target, here)
 
 
-def frontiers(terrain: Terrain, map_from_base: Pose2) -> Candidates:
-    """Spread places at the edge of what was looked at, the nearest first."""
+def frontiers(terrain: Terrain, map_from_base: Pose2, viewer: Pose2) -> Candidates:
+    """Spread places at the edge of what was looked at, the nearest first.
+
+    None is farther than `_horizon` from where the instruction was heard: open country has no end.
+    """
     here = np.array([map_from_base.x, map_from_base.y])
     unlooked = terrain.unlooked > _least_area
     looked = np.asarray(ndimage.binary_dilation(terrain.missed < _looked, np.ones((3, 3))), bool)
     edge = unlooked & looked
     centers = terrain.centers(*np.nonzero(edge))
+    centers = centers[np.hypot(*(centers - (viewer.x, viewer.y)).T) < _horizon]
     distance = np.hypot(*(centers - here).T)
     chosen = _spread_out(centers[np.argsort(distance, kind="stable")])
     toward = chosen - here

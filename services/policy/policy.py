@@ -41,6 +41,8 @@ class Memory:
     """(T, 3) Poses from which the robot looked on purpose."""
     current: Candidates | None
     """The candidate that is being followed."""
+    searching_s: float
+    """How long the search has taken [s]."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +60,18 @@ class Choice:
     kept: bool
     """Whether the choice is the candidate that was being followed."""
 
+    is_idle: bool
+    """Whether not even the best is worth doing: there is nothing left to look at."""
+
     @property
     def kind(self) -> Kind:
         """Of what was chosen."""
         return self.candidates.kinds[self.chosen]
+
+    @property
+    def confirms(self) -> bool:
+        """Whether the choice is to declare that the goal was reached."""
+        return self.kind is Kind.STOP and not self.is_idle
 
 
 class BeliefPolicy:
@@ -95,22 +105,24 @@ class BeliefPolicy:
         here = np.zeros(len(candidates))
         here[0] = _stands_at(belief, int(stop.object_id[0]), map_from_base)
         features = belief_features(situation, candidates, here, referents)
-        costs = self.rule.costs(features)
+        gate = self.rule.gate(memory.searching_s)
+        gains, costs = self.rule.gains(features, gate), self.rule.costs(features, gate)
         costs[1 : 1 + len(following)] *= _keep
         chosen = int(np.argmin(costs))
         return Choice(
             candidates=candidates,
             costs=costs,
-            gains=self.rule.gains(features),
+            gains=gains,
             chosen=chosen,
             confirmed=here[0] * mass_of(referents, int(stop.object_id[0])),
             kept=bool(following) and chosen == 1,
+            is_idle=not self.rule.is_worth(float(gains[chosen]), float(costs[chosen])),
         )
 
-    def goal_of(self, referents: Referents) -> int | None:
-        """Seen object that is meant beyond doubt, or None."""
+    def goal_of(self, referents: Referents, searching_s: float) -> int | None:
+        """Seen object that is meant beyond the doubt allowed after so long a search, or None."""
         best = best_found(referents)
-        return best if mass_of(referents, best) >= self.rule.confirmed else None
+        return best if mass_of(referents, best) >= self.rule.gate(searching_s) else None
 
     def _situation(self, grid: OccupancyGrid, pose: Pose2, memory: Memory) -> Situation:
         terrain = terrain_of(grid)
@@ -123,7 +135,7 @@ class BeliefPolicy:
     def _proposed(
         self, belief: MapBelief, referents: Referents, situation: Situation, pose: Pose2
     ) -> Candidates:
-        parts = [places.turns(pose), places.frontiers(situation.terrain, pose)]
+        parts = [places.turns(pose), places.frontiers(situation.terrain, pose, belief.viewer)]
         parts += places.views_of(places.hypotheses(referents), pose)
         for object_id in _seen_figures(referents):
             row = _row_of(belief, object_id)

@@ -16,11 +16,11 @@ from schemas.language import Behaviors
 _seen_above = 0.5
 """Existence below which a detection is too doubtful to count as seen."""
 _negligible = 1e-6
-_doubtful = 0.5
-"""Up to this probability that nothing fits it is set aside and the other readings share it.
+_contradiction = 0.1
+"""Credit of behaviours that contradict the hypothesis they were inferred in.
 
-Behaviour inference keeps some mass on "none" however well a pair fits, as no threshold on the
-rest could tell from doubt between two pairs; that doubt is what the gate on stop is about.
+A hypothesis says itself which of its objects the utterance means. Behaviour inference looks at the
+objects alone, and keeps mass on other pairs and on "none" however well one pair fits.
 """
 
 
@@ -64,8 +64,21 @@ def from_behaviors(belief: MapBelief, behaviors: Behaviors) -> Referents:
             f"behaviours of the belief at {behaviors.stamp_ns} ns do not go with the belief "
             f"at {belief.stamp_ns} ns"
         )
-    probability = belief.weights[behaviors.particle] * behaviors.probability
+    probability = belief.weights[behaviors.particle] * _credible(belief, behaviors)
     return _readings(belief, behaviors.particle, behaviors.node, behaviors.landmark, probability)
+
+
+def _credible(belief: MapBelief, behaviors: Behaviors) -> Floats:
+    """Probabilities (M,) of the rows after what contradicts their hypothesis was discounted."""
+    own = belief.figure
+    if belief.instruction_id != behaviors.instruction_id:
+        own = np.full(len(own), -1, np.int32)  # It was grounded for another utterance.
+    particle, count = behaviors.particle, len(belief.weights)
+    contradicts = (own[particle] >= 0) & (behaviors.node != own[particle])
+    odds = behaviors.probability * np.where(contradicts, _contradiction, 1.0)
+    nothing = behaviors.nothing_fits * np.where(own >= 0, _contradiction, 1.0)
+    total = np.bincount(particle, odds, minlength=count) + nothing
+    return odds / np.maximum(total[particle], _negligible)
 
 
 def from_figures(belief: MapBelief) -> Referents:
@@ -103,7 +116,6 @@ def _readings(
 def _with_nothing(readings: Referents) -> Referents:
     """Add the reading that nothing fits, with the probability that the others leave."""
     left = max(0.0, 1.0 - float(readings.probability.sum()))
-    left = left if left > _doubtful else 0.0
     probability = np.append(readings.probability, left)
     return Referents(
         probability=probability / probability.sum(),

@@ -17,7 +17,7 @@ import msgspec
 import numpy as np
 from msgspec import Struct
 
-from schemas.arrays import Flags, Floats
+from schemas.arrays import Floats
 from services.policy.belief_features import moments, names
 
 _hopeless = 1e4
@@ -47,25 +47,35 @@ class RateRule(Struct, frozen=True, kw_only=True):
     """Candidates that promise less are not worth their way."""
     confirmed: float
     """Probability that the seen thing is meant from which on it is the goal."""
+    confirmed_late: float
+    """The same after a search that took long: what was not found by then is less likely to be
+    there than the filter's prior says, which knows no end of the world."""
+    late_s: tuple[float, float]
+    """When the one begins to turn into the other, and when it has [s]."""
 
-    def gains(self, features: Floats) -> Floats:
-        """Worth (C,) of candidates with features (C, K, D), in [0, 1] about."""
+    def gate(self, searching_s: float) -> float:
+        """Probability from which on a seen thing is the goal, after so long a search [s]."""
+        return float(np.interp(searching_s, self.late_s, (self.confirmed, self.confirmed_late)))
+
+    def is_worth(self, gain: float, cost: float) -> bool:
+        """Whether a candidate is worth doing at all."""
+        return gain >= self.least_gain and cost < _hopeless
+
+    def gains(self, features: Floats, gate: float) -> Floats:
+        """Worth (C,) of candidates with features (C, K, D), in [0, 1] about; see `gate`."""
         weights = np.stack([_vector(self.mean), _vector(self.variance)])[:moments]
         gain = np.einsum("ckd,kd->c", features, weights)
         gain = gain * self.tried_factor ** _mean(features, "tried")
-        return np.where(self._leads_to_goal(features), 1.0, gain)
+        return np.where(_mean(features, "reach_found") >= gate, 1.0, gain)
 
-    def costs(self, features: Floats) -> Floats:
-        """Cost (C,) of candidates with features (C, K, D), finite, in metres to go."""
+    def costs(self, features: Floats, gate: float) -> Floats:
+        """Cost (C,) of candidates with features (C, K, D), finite, in metres to go; see `gate`."""
         turning = self.turn_m_per_rad * _mean(features, "turn")
         effort = self.start_m + _mean(features, "length") + turning
-        cost = effort / np.maximum(self.gains(features), self.least_gain)
-        may_stop = self._leads_to_goal(features) & (_mean(features, "here") > 0)
+        cost = effort / np.maximum(self.gains(features, gate), self.least_gain)
+        may_stop = (_mean(features, "reach_found") >= gate) & (_mean(features, "here") > 0)
         is_stop = _mean(features, "is_stop") > 0
         return np.where(is_stop, np.where(may_stop, 0.0, _hopeless), np.minimum(cost, _hopeless))
-
-    def _leads_to_goal(self, features: Floats) -> Flags:
-        return _mean(features, "reach_found") >= self.confirmed
 
 
 def load_rule(robot: str) -> RateRule:

@@ -8,7 +8,6 @@ from typing import Any
 
 from schemas.topics import Qos, Topic
 
-
 _after_all_ranks = 1000
 
 

@@ -15,8 +15,10 @@ from schemas.topics import Handlers
 
 
 class Node(Protocol):
-    """One service. `services.runtime.worker.build_node` calls its class with a `RunConfig` and a
-    generator of its own.
+    """One service.
+
+    `services.runtime.worker.build_node` calls its class with a `RunConfig` and a generator of its
+    own.
     """
 
     def handlers(self) -> Handlers:

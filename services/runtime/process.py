@@ -25,9 +25,7 @@ MISSING_COMPONENT = 5
 """Exit code of a service that this machine cannot run; it is not restarted."""
 
 
-def run_process(
-    process: Process, run: RunConfig, endpoint: str, *, stepped: bool = False
-) -> None:
+def run_process(process: Process, run: RunConfig, endpoint: str, *, stepped: bool = False) -> None:
     """Serve until SIGTERM or Ctrl-C.
 
     Raises:

@@ -22,7 +22,7 @@ from mcap.writer import CompressionType, Writer
 
 from schemas.codec import MalformedMessageError, decode
 from schemas.errors import UserError
-from schemas.topics import ALL_TOPICS, Topic
+from schemas.topics import ALL_TOPICS
 from services.runtime.mailbox import Sample
 
 FLUSH_S = 0.4
@@ -41,8 +41,11 @@ class LogRecord:
     """One message of a log."""
 
     topic: str
+    publisher: str
+    """Number of the process that sent it."""
     log_ns: int
     sequence: int
+    """Per publisher and topic."""
     data: bytes
 
 
@@ -54,7 +57,7 @@ class LogWriter:
         self.path = path
         self._writer = Writer(str(path), compression=CompressionType.ZSTD)
         self._writer.start(profile=_profile, library="incognita")
-        self._channels: dict[str, int] = {}
+        self._channels: dict[tuple[str, int], int] = {}
         for name, fields in metadata.items():
             self._writer.add_metadata(name, dict(fields))
         self._flushed = time.monotonic()
@@ -62,7 +65,7 @@ class LogWriter:
     def write(self, sample: Sample, log_ns: int) -> None:
         """Append one message; `log_ns` is when it was received."""
         self._writer.add_message(
-            channel_id=self._channel(sample.topic),
+            channel_id=self._channel(sample),
             log_time=log_ns,
             data=sample.payload,
             publish_time=sample.sent_ns,
@@ -80,17 +83,22 @@ class LogWriter:
         """Write the index and close the file."""
         self._writer.finish()
 
-    def _channel(self, topic: Topic[Any]) -> int:
-        if topic.key not in self._channels:
+    def _channel(self, sample: Sample) -> int:
+        """One channel a topic and publisher, because each publisher counts for itself."""
+        topic, key = sample.topic, (sample.topic.key, sample.publisher)
+        if key not in self._channels:
             schema = self._writer.register_schema(
                 name=f"incognita.{topic.type.__name__}",
                 encoding="jsonschema",
                 data=json.dumps(json_schema(topic.type)).encode(),
             )
-            self._channels[topic.key] = self._writer.register_channel(
-                topic=topic.key, message_encoding=_encoding, schema_id=schema
+            self._channels[key] = self._writer.register_channel(
+                topic=topic.key,
+                message_encoding=_encoding,
+                schema_id=schema,
+                metadata={"publisher": str(sample.publisher)},
             )
-        return self._channels[topic.key]
+        return self._channels[key]
 
 
 def json_schema(message_type: type[msgspec.Struct]) -> dict[str, Any]:
@@ -118,7 +126,10 @@ def read_log(path: Path) -> Iterator[LogRecord]:
     with _opened(path) as stream:
         try:
             for _, channel, message in make_reader(stream).iter_messages(log_time_order=True):
-                yield LogRecord(channel.topic, message.log_time, message.sequence, message.data)
+                publisher = channel.metadata.get("publisher", "")
+                yield LogRecord(
+                    channel.topic, publisher, message.log_time, message.sequence, message.data
+                )
         except _unreadable_errors as error:
             raise _unreadable(path, error) from error
 
@@ -139,17 +150,16 @@ def log_summary(path: Path) -> dict[str, Any]:
     if summary is None or summary.statistics is None:
         raise LogError(f"{path}: no summary; run 'incognita log recover {path}'")
     statistics = summary.statistics
-    counts = {
-        summary.channels[channel].topic: count
-        for channel, count in sorted(statistics.channel_message_counts.items())
-    }
+    counts: Counter[str] = Counter()
+    for channel, count in sorted(statistics.channel_message_counts.items()):
+        counts[summary.channels[channel].topic] += count
     return {
         "file": str(path),
         "bytes": path.stat().st_size,
         "messages": statistics.message_count,
         "start_ns": statistics.message_start_time,
         "end_ns": statistics.message_end_time,
-        "topics": counts,
+        "topics": dict(counts),
         "metadata": metadata,
     }
 
@@ -171,15 +181,15 @@ class _Checker:
 
     def __init__(self) -> None:
         self._topics = {topic.key: topic for topic in ALL_TOPICS}
-        self._last: dict[str, int] = {}
+        self._last: dict[tuple[str, str], int] = {}
         self._missing: Counter[str] = Counter()
         self._unreadable: Counter[str] = Counter()
 
     def check(self, record: LogRecord) -> None:
-        expected = self._last.get(record.topic, record.sequence - 1) + 1
-        # A smaller number is a publisher that was restarted and counts from zero again.
+        stream = (record.topic, record.publisher)
+        expected = self._last.get(stream, record.sequence - 1) + 1
         self._missing[record.topic] += max(0, record.sequence - expected)
-        self._last[record.topic] = record.sequence
+        self._last[stream] = record.sequence
         topic = self._topics.get(record.topic)
         try:
             if topic is not None:

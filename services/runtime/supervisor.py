@@ -55,6 +55,8 @@ class Service:
     backoff_s: float = _backoff_first_s
     restart_at: float = 0.0
     ready: bool = False
+    """Whether it has declared itself ready since it was started. A hung process loses its link,
+    and with it the declaration, but it stays one that must show signs of life."""
     beat: Heartbeat | None = None
     heard: float = 0.0
     crashes: deque[float] = field(default_factory=lambda: deque[float](maxlen=_crashes_a_minute))
@@ -227,8 +229,8 @@ class Supervisor:
     def _read_inbox(self) -> None:
         while self._readiness:
             name, there = self._readiness.popleft()
-            if name in self._services:
-                self._services[name].ready = there
+            if name in self._services and there:
+                self._services[name].ready = True
         while True:
             with self._lock:
                 sample = self._inbox.take()

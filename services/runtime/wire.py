@@ -51,6 +51,8 @@ def configuration(
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
         "transport/link/tx/lease": 2000,
+        # The default of 1 ms drops small messages behind a picture whenever a core is busy.
+        "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 20_000,
     }
     for key, value in settings.items():
         config.insert_json5(key, json.dumps(value))

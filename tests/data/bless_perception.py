@@ -1,4 +1,4 @@
-"""Store what the committed weights find in the fixture frame: `python -m tests.data.bless_perception`.
+"""Store what the weights find in the fixture frame: `python -m tests.data.bless_perception`.
 
 `perception_frame.npz` is a frame of the simulator (a random training scene, level camera, sensor
 noise on the depth) with the true places of some of its objects.

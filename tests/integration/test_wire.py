@@ -155,15 +155,20 @@ def test_gaps_are_counted_as_losses(hub: Bus, endpoint: str) -> None:
 
 
 def test_a_question_nobody_answers_is_an_error_not_an_empty_answer(endpoint: str) -> None:
-    with Bus.hub(endpoint, realm, robot), Bus.client(endpoint, realm, robot) as client:
-        with pytest.raises(NoAnswerError, match="query/status"):
-            client.ask(topics.STATUS, StatusRequest(stamp_ns=0), timeout_s=0.5)
+    with (
+        Bus.hub(endpoint, realm, robot),
+        Bus.client(endpoint, realm, robot) as client,
+        pytest.raises(NoAnswerError, match="query/status"),
+    ):
+        client.ask(topics.STATUS, StatusRequest(stamp_ns=0), timeout_s=0.5)
 
 
 def test_a_request_that_does_not_decode_gets_the_reason(hub: Bus, endpoint: str) -> None:
-    with Bus.client(endpoint, realm, robot) as client:
-        with pytest.raises(NoAnswerError, match="StatusRequest"):
-            client.ask(topics.STATUS, CancelRequest(stamp_ns="x", source=""))  # type: ignore[arg-type]
+    with (
+        Bus.client(endpoint, realm, robot) as client,
+        pytest.raises(NoAnswerError, match="StatusRequest"),
+    ):
+        client.ask(topics.STATUS, CancelRequest(stamp_ns="x", source=""))  # type: ignore[arg-type]
 
 
 def test_no_hub_is_said_within_the_timeout(endpoint: str) -> None:

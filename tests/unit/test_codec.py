@@ -1,5 +1,6 @@
 """Laws of the codec: identity, no copy, and errors instead of nonsense."""
 
+import contextlib
 import math
 
 import numpy as np
@@ -56,10 +57,8 @@ def test_decoded_arrays_are_read_only_views_of_the_received_bytes() -> None:
 @given(st.binary(max_size=200))
 def test_any_bytes_decode_or_are_refused(data: bytes) -> None:
     for topic in ALL_TOPICS:
-        try:
-            decode(data, topic.type)
-        except MalformedMessageError as error:
-            assert topic.type.__name__ in str(error)
+        with contextlib.suppress(MalformedMessageError):
+            assert isinstance(decode(data, topic.type), topic.type)
 
 
 @given(st.integers(0, 400), st.integers(0, 255))
@@ -67,15 +66,13 @@ def test_damaged_messages_decode_or_are_refused(position: int, value: int) -> No
     data = bytearray(encode(scan(np.ones(80, np.float32))))
     data[position % len(data)] = value
     for damaged in (bytes(data), bytes(data[:position])):
-        try:
+        with contextlib.suppress(MalformedMessageError):
             assert isinstance(decode(damaged, LaserScan), LaserScan)
-        except MalformedMessageError:
-            pass
 
 
 def test_columns_of_different_length_are_refused() -> None:
     joints = JointState(stamp_ns=0, names=("a", "b"), positions=np.zeros(2), velocities=np.zeros(3))
-    with pytest.raises(MalformedMessageError, match="velocities.*J = 2"):
+    with pytest.raises(MalformedMessageError, match=r"velocities.*J = 2"):
         decode(encode(joints), JointState)
 
 

@@ -117,8 +117,13 @@ def test_order_of_objects_does_not_matter(text: str) -> None:
     rng = np.random.default_rng(5)
     where = random_world(rng, 15)
     order = rng.permutation(15)
-    columns = (where.classes, where.positions, where.extents, where.observed)
-    shuffled = WorldObjects(*(column[order] for column in columns), where.viewer)
+    shuffled = WorldObjects(
+        where.classes[order],
+        where.positions[order],
+        where.extents[order],
+        where.observed[order],
+        where.viewer,
+    )
     found, other = infer(text, where), infer(text, shuffled)
     place = [*order.tolist(), -1]
     relabelled = {
@@ -176,7 +181,7 @@ def test_typical_place_is_true_for_the_relation(relation: str) -> None:
 
 
 def test_opposite_directions_exclude_one_another() -> None:
-    directions = set(FAMILIES[0].relations) - {"behind"}
+    directions = set(FAMILIES[0]) - {"behind"}
     for u, v in ((3.0, 1.0), (-2.0, 0.5), (0.0, -2.0), (9.0, 9.0)):
         degrees = [truth(name, placement(u, v))[0] for name in directions]
         assert all(0.0 <= degree <= 1.0 for degree in degrees)

@@ -96,7 +96,7 @@ class World:
         return Pose2(move.x + position * dx, position * dy, move.yaw + yaw * turn)
 
     def look(self) -> Detections:
-        bearings = np.linspace(-HALF_VIEW, HALF_VIEW, 41)
+        bearings = np.linspace(-HALF_VIEW, HALF_VIEW, 31)
         found = [self._box(name, p) for name, p in self._in_view() if self.rng.random() < 0.9]
         if self.rng.random() < self.false_rate:
             range_, angle = self.rng.uniform(2, 6), self.rng.uniform(-0.5, 0.5)
@@ -137,7 +137,7 @@ class World:
     def _reach(self, bearing: float, but: np.ndarray | None = None) -> float:
         reach = SIGHT
         for _, point in self._local():
-            if but is not None and np.allclose(point, but):
+            if but is not None and (point == but).all():
                 continue
             distance = math.hypot(*point)
             if abs(math.atan2(point[1], point[0]) - bearing) < math.atan2(0.2, distance):
@@ -180,7 +180,7 @@ BEHIND = says("hydrant", "back", "cone")
 AROUND_THE_CONE = [(3.0, 0.0), (5.0, -1.5), (7.5, -0.5), (8.2, 0.8), (7.5, 1.5), (7.0, 2.0)]
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_hydrant_behind_cone_is_found(seed: int) -> None:
     world = World([("cone", 6.0, 1.0), ("hydrant", 9.0, 1.6)], np.random.default_rng(seed))
     node = make_node(seed)
@@ -189,7 +189,7 @@ def test_hydrant_behind_cone_is_found(seed: int) -> None:
     assert mass_on(belief, 9.0, 1.6) > 0.9
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_of_two_hydrants_the_one_behind_the_cone_is_meant(seed: int) -> None:
     things = [("cone", 6.0, 1.0), ("hydrant", 9.0, 1.6), ("hydrant", 4.5, -3.0)]
     world, node = World(things, np.random.default_rng(seed)), make_node(seed)
@@ -321,7 +321,7 @@ def test_a_killed_process_goes_on_where_it_was() -> None:
 def test_seen_objects_correct_the_drift() -> None:
     landmarks = [("barrel", x, y) for x in (0.0, 6.0) for y in (-3.0, 3.0, 0.5)]
     loop = [(6.0, -1.5), (7.5, 1.5), (0.0, 1.8), (-1.5, -1.5)]
-    errors = [drift_error(things, seed, loop) for seed in range(4) for things in (landmarks, [])]
+    errors = [drift_error(things, seed, loop) for seed in range(3) for things in (landmarks, [])]
     assert np.mean(errors[0::2]) < 0.5 * np.mean(errors[1::2])
 
 

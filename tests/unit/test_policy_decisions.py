@@ -9,14 +9,14 @@ from schemas.geometry import Pose2
 from schemas.language import Behaviors
 from services.policy.belief_features import moments_of
 from services.policy.candidates import Kind
-from services.policy.policy import BeliefPolicy, Memory
+from services.policy.policy import BeliefPolicy, Memory, mass_of
 from services.policy.referents import from_behaviors, from_figures
 from services.policy.rule import UnknownFeatureError, load_rule
 
 HYDRANT, CONE = 0, 1
 FIGURE, LANDMARK = 1000, 1001
 HERE = Pose2(0.0, 0.0, 0.0)
-NOTHING_DONE = Memory(np.zeros((0, 2)), np.zeros((0, 3)), None)
+NOTHING_DONE = Memory(np.zeros((0, 2)), np.zeros((0, 3)), None, 0.0)
 
 
 def grid_of(looked: float = 0.0, occupied: tuple[slice, slice] | None = None) -> OccupancyGrid:
@@ -170,14 +170,14 @@ def test_turns_in_place_for_what_is_near_but_behind(policy):
 def test_does_not_look_again_where_everything_was_looked_at(policy):
     belief = belief_of([(5.0, 0.0)] * 10, [(4.0, 0.0)] * 10)
     choice = decide(policy, belief, grid=grid_of(looked=-6.0))
-    assert choice.gains[choice.chosen] < policy.rule.least_gain
+    assert choice.is_idle
 
 
 def test_refused_places_are_not_proposed_again(policy):
     belief = belief_of([(12.0, 0.0)] * 10, [(10.0, 0.0)] * 10)
     first = decide(policy, belief)
     place = first.candidates.pose[first.chosen, :2]
-    again = decide(policy, belief, memory=Memory(place[None], np.zeros((0, 3)), None))
+    again = decide(policy, belief, memory=Memory(place[None], np.zeros((0, 3)), None, 0.0))
     apart = np.hypot(*(again.candidates.pose[1:, :2] - place).T)
     assert apart.min() > 0.6
 
@@ -230,8 +230,8 @@ def test_referents_are_a_distribution_whoever_grounds_them():
 
 def test_what_nothing_fits_is_not_confirmed(policy):
     belief = belief_of([1] * 4, [2] * 4, [(1, HYDRANT, 1.4, 0.0), (2, CONE, 0.5, 3.0)])
-    referents = from_behaviors(belief, behaviors_of(belief, 1, 2, 0.3))
-    assert policy.goal_of(referents) is None
+    referents = from_behaviors(belief, behaviors_of(belief, 1, 2, 0.02))
+    assert policy.goal_of(referents, 0.0) is None
     choice = policy.decide(belief, referents, grid_of(), HERE, NOTHING_DONE)
     assert choice.kind is not Kind.STOP
 
@@ -248,7 +248,9 @@ def test_weights_may_only_name_features_that_exist(monkeypatch, tmp_path):
     known = load_rule("husky")
     text = '{"source": "", "mean": {"see_figur": 1}, "variance": {}, "start_m": 2, '
     text += f'"turn_m_per_rad": 0, "tried_factor": 1, "least_gain": {known.least_gain}, '
-    (folder / "odd.json").write_text(text + '"confirmed": 0.9}')
+    (folder / "odd.json").write_text(
+        text + '"confirmed": 0.9, "confirmed_late": 0.6, "late_s": [60, 150]}'
+    )
     monkeypatch.setattr("services.policy.rule.resources.files", lambda _: tmp_path)
     with pytest.raises(UnknownFeatureError, match="see_either"):
         load_rule("odd")
@@ -265,7 +267,24 @@ def test_a_goal_that_was_walled_in_meanwhile_is_dropped(policy):
         policy,
         belief,
         grid=grid_of(occupied=wall),
-        memory=Memory(NOTHING_DONE.refused, NOTHING_DONE.tried, current),
+        memory=Memory(NOTHING_DONE.refused, NOTHING_DONE.tried, current, 0.0),
     )
     assert np.isfinite(again.costs).all()
     assert not again.kept
+
+
+def test_behaviours_that_contradict_their_hypothesis_count_little():
+    seen = [(1, HYDRANT, 5.0, 0.0), (2, CONE, 3.0, 0.0), (3, HYDRANT, 5.0, 4.0)]
+    belief = belief_of([1] * 4, [2] * 4, seen)
+    other = from_behaviors(belief, behaviors_of(belief, 3, 2, 0.5))
+    own = from_behaviors(belief, behaviors_of(belief, 1, 2, 0.5))
+    assert mass_of(own, 1) > 0.85
+    assert mass_of(other, 3) == pytest.approx(0.5)
+
+
+def test_a_long_search_settles_for_less_certainty():
+    rule = load_rule("husky")
+    gates = [rule.gate(seconds) for seconds in (0, 60, 90, 120, 150, 300)]
+    assert gates == sorted(gates, reverse=True)
+    assert gates[0] == rule.confirmed
+    assert gates[-1] == rule.confirmed_late > 0.5

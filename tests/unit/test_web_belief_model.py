@@ -4,7 +4,8 @@ from numpy.testing import assert_allclose
 
 from schemas.belief import MapBelief
 from schemas.geometry import Pose2
-from web.belief_model import figure_place, hypothesised, mode_near, modes, observed
+from schemas.task import Decision
+from web.belief_model import goal_object, hypothesised, modes, observed
 
 _classes = ("unknown", "cone", "hydrant")
 _nowhere = Pose2(0.0, 0.0, 0.0)
@@ -111,14 +112,36 @@ def test_no_figure_is_no_mode(two_places):
     assert modes(changed) == []
 
 
-def test_the_mode_of_a_place_is_the_closest_within_reach(two_places):
+def decide(kind: str, target: tuple[float, float]) -> Decision:
+    return Decision(
+        stamp_ns=1,
+        instruction_id="i",
+        kinds=(kind,),
+        positions=np.array([target]),
+        costs=np.zeros(1),
+        chosen=0,
+        confirmed=0.0,
+        reason="",
+    )
+
+
+def test_the_goal_is_where_the_policy_looks_for_it(two_places):
+    goal = goal_object(make_belief(*two_places), decide("hypothesised", (5.2, -8.8)))
+    assert goal.mode.mass == pytest.approx(0.25)
+    assert_allclose(goal.position, (5.2, -8.8))
+
+
+def test_to_stop_is_about_the_likeliest_object_and_not_about_where_the_robot_stands(two_places):
     belief = make_belief(*two_places)
-    found = modes(belief)
-    near = mode_near(found, np.array([6.0, 0.5]))
-    assert near is found[0]
-    assert mode_near(found, np.array([30.0, 0.0])) is None
-    place = figure_place(belief, np.array([5.0, -9.0]))
-    assert np.hypot(*(place - (5, -9))) < 0.5
+    goal = goal_object(belief, decide("stop", (5.0, -9.0)))
+    assert goal.mode.mass == pytest.approx(0.75)
+    assert np.hypot(*(goal.position - (7, 0))) < 1.5
+
+
+def test_exploring_is_about_no_object(two_places):
+    belief = make_belief(*two_places)
+    assert goal_object(belief, decide("frontier", (7.0, 0.0))) is None
+    assert goal_object(belief, decide("hypothesised", (30.0, 0.0))) is None
 
 
 def test_objects_that_hardly_exist_are_not_shown(two_places):

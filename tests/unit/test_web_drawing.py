@@ -5,8 +5,10 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from schemas.belief import OccupancyGrid
+from schemas.task import Decision
 from web.colours import class_colour, cost_colours, linear
-from web.grid_model import center, looked_picture, occupancy_picture, size_m
+from web.decision_model import cheapest_places
+from web.grid_model import center, looked_picture, magnified, occupancy_picture, size_m
 from web.shapes import UNIT_BOX, UNIT_CONE, UNIT_CYLINDER, Instances, ellipse, polyline, wire_box
 
 
@@ -113,3 +115,27 @@ def test_padding_keeps_the_number_of_copies_at_powers_of_two():
         len(Instances.on_floor(np.zeros((n, 2)), 0.0).padded().positions) for n in (1, 3, 5, 8)
     ]
     assert sizes == [1, 4, 8, 8]
+
+
+def test_of_candidates_about_one_place_the_cheapest_is_shown():
+    decision = Decision(
+        stamp_ns=0,
+        instruction_id="a",
+        kinds=("hypothesised",) * 4,
+        positions=np.array([[1.0, 0.0], [1.1, 0.0], [5.0, 5.0], [9.0, 9.0]]),
+        costs=np.array([4.0, 2.0, 3.0, np.inf]),
+        chosen=1,
+        confirmed=0.0,
+        reason="",
+    )
+    positions, costs = cheapest_places(decision)
+    assert_allclose(positions, [[1.1, 0.0], [5.0, 5.0]])
+    assert_allclose(costs, [2.0, 3.0])
+
+
+def test_magnifying_splits_cells_and_moves_none(grid):
+    picture = occupancy_picture(grid)
+    large = magnified(picture, grid.resolution)
+    assert large.shape == (9, 12, 4)
+    assert_allclose(large[1::3, 1::3], picture)
+    assert magnified(picture, 0.05).shape == picture.shape

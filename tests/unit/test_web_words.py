@@ -1,7 +1,7 @@
 import pytest
 
 from schemas import topics
-from schemas.language import Annotation, Annotations, BehaviorSymbol, Relation
+from schemas.language import Annotation, Annotations, BehaviorSymbol, Instruction, Relation
 from schemas.task import InstructionStatus, TaskState
 from web.phrases import direction, intention, reading
 from web.requests import LONGEST_INSTRUCTION, Cancel, Inbox, Release, Say, Stop, message_for
@@ -104,6 +104,7 @@ def test_what_is_not_understood_is_named_with_what_would_be():
 def test_no_text_becomes_markup():
     evil = '<img src=x onerror="alert(1)">'
     html = understood_html(
+        None,
         annotations(text=evil, parse="", understood=False, unknown_words=(evil,), possible=(evil,)),
         status(TaskState.FAILED, evil),
         None,
@@ -144,3 +145,12 @@ def test_the_inbox_keeps_the_order_and_empties_once():
         inbox.put(wish)
     assert inbox.drain() == wishes
     assert inbox.drain() == []
+
+
+def test_what_belongs_to_an_earlier_instruction_is_left_out():
+    newer = Instruction(stamp_ns=9, id="b", text="go to the barrel", source="cli")
+    done = status(TaskState.SUCCEEDED, "goal confirmed")
+    html = understood_html(newer, annotations(), done, None)
+    assert "go to the barrel" in html
+    assert "goal confirmed" not in html
+    assert "hydrant" not in html

@@ -7,13 +7,13 @@ BINS = 10
 
 
 def expected_calibration_error(
-    confidence: NDArray[np.float64], correct: NDArray[np.bool_]
+    confidence: NDArray[np.float64], correct: NDArray[np.bool_] | NDArray[np.float64]
 ) -> float:
     """Mean gap between confidence and accuracy over equal-width bins, weighted by their size.
 
     Args:
         confidence: stated probability of each answer, in [0, 1] (N,).
-        correct: whether it was right (N,).
+        correct: whether it was right, or the share of credit it gets (N,).
     """
     if not len(confidence):
         return 0.0

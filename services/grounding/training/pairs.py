@@ -14,6 +14,7 @@ from services.grounding.behavior import (
     candidates,
     features,
     pair_probabilities,
+    prior,
 )
 from services.grounding.symbols import ROBOT
 from services.grounding.training.calibration import expected_calibration_error
@@ -30,6 +31,8 @@ class Choices:
 
     design: NDArray[np.float64]
     """Pairs x pair features."""
+    prior: NDArray[np.float64]
+    """Log prior of each pair (rows,)."""
     trial: NDArray[np.int64]
     """Trial of each pair."""
     answer: NDArray[np.int64]
@@ -46,18 +49,27 @@ def sample_choices(count: int, relations: tuple[str, ...], rng: Generator) -> Ch
 
 def _choices(trials: Sequence[Trial]) -> Choices:
     designs: list[NDArray[np.bool_]] = []
+    priors: list[NDArray[np.float64]] = []
     answers: list[NDArray[np.int64]] = []
     meant: list[NDArray[np.bool_]] = []
     for trial in trials:
         objects = Objects.join((trial.world,))
         pairs = candidates(trial.intent, objects, NAMES)
         designs.append(features(trial.intent, pairs, objects))
+        priors.append(prior(trial.intent, pairs, 1))
         meant.append(_meant(trial, pairs.figure, pairs.landmark))
         sought = pairs.landmark if trial.intent.object == ROBOT else pairs.figure
         answers.append(sought + MAX_OBJECTS * len(answers))
     numbers = np.repeat(np.arange(len(trials)), [len(design) for design in designs])
     design = np.concatenate(designs).astype(np.float64)
-    return Choices(design, numbers, np.concatenate(answers), np.concatenate(meant), len(trials))
+    return Choices(
+        design=design,
+        prior=np.concatenate(priors),
+        trial=numbers,
+        answer=np.concatenate(answers),
+        meant=np.concatenate(meant),
+        trials=len(trials),
+    )
 
 
 def _meant(
@@ -78,7 +90,7 @@ def fit_pairs(choices: Choices) -> NDArray[np.float64]:
     absent = np.bincount(choices.trial, weights=choices.meant, minlength=choices.trials) == 0
 
     def objective(values: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-        logits = choices.design @ values
+        logits = choices.design @ values + choices.prior
         pairs, none = pair_probabilities(logits, choices.trial, choices.trials)
         right = np.bincount(choices.trial, weights=pairs * choices.meant, minlength=choices.trials)
         mass = np.where(absent, none, right)
@@ -93,7 +105,8 @@ def fit_pairs(choices: Choices) -> NDArray[np.float64]:
 
 def evaluate_pairs(choices: Choices, weights: NDArray[np.float64]) -> dict[str, float]:
     """Accuracy and calibration of the best answer (a figure or "none") on sampled maps."""
-    pairs, none = pair_probabilities(choices.design @ weights, choices.trial, choices.trials)
+    logits = choices.design @ weights + choices.prior
+    pairs, none = pair_probabilities(logits, choices.trial, choices.trials)
     numbers, at = np.unique(choices.answer, return_inverse=True)
     mass = np.bincount(at, weights=pairs)
     meant = np.bincount(at, weights=choices.meant) > 0
@@ -101,10 +114,10 @@ def evaluate_pairs(choices: Choices, weights: NDArray[np.float64]) -> dict[str, 
     best, absent = np.zeros(choices.trials), np.ones(choices.trials, dtype=np.bool_)
     np.maximum.at(best, trial, mass)
     absent[trial[meant]] = False
-    right = np.zeros(choices.trials, dtype=np.bool_)
-    right[trial[meant & (mass == best[trial])]] = True
-    says_none = none >= best
-    correct = np.where(says_none, absent, right)
+    # Objects that nothing tells apart share the credit, whichever of them happens to come first.
+    tied = np.bincount(trial, weights=mass == best[trial], minlength=choices.trials)
+    hits = np.bincount(trial, weights=meant & (mass == best[trial]), minlength=choices.trials)
+    correct = np.where(none >= best, absent, hits / np.maximum(tied, 1.0))
     confidence = np.maximum(best, none)
     return {
         "accuracy": float(correct.mean()),

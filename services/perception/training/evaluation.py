@@ -9,6 +9,9 @@ from services.perception.detector import Boxes
 
 overlap_thresholds: tuple[float, ...] = tuple(np.arange(0.5, 0.96, 0.05).round(2).tolist())
 
+near_side = 20.0
+"""Longer side from which an object counts as near [px]: a hydrant at 8 m."""
+
 
 @dataclass(frozen=True)
 class Labelled:
@@ -60,6 +63,23 @@ def average_precision(scores: Floats, correct: Flags, positives: int) -> float:
 def class_precisions(pictures: list[Labelled], classes: int, threshold: float) -> Floats:
     """Average precision (C,) of each class at one overlap threshold."""
     return np.array([_one_class(pictures, index, threshold) for index in range(classes)])
+
+
+def near_only(picture: Labelled) -> Labelled:
+    """The picture without small objects, small boxes, and boxes on small objects.
+
+    A box on a small object is neither right nor wrong: it was not asked for.
+    """
+    found, near = picture.found, _is_near(picture.true_boxes)
+    small = picture.true_boxes[~near]
+    on_small = (overlap_matrix(found.corners_px, small) >= 0.5).any(axis=1)
+    kept = _is_near(found.corners_px) & ~on_small
+    boxes = Boxes(found.corners_px[kept], found.scores[kept], found.class_scores[kept])
+    return Labelled(boxes, picture.true_boxes[near], picture.true_classes[near])
+
+
+def _is_near(boxes: Floats) -> Flags:
+    return (boxes[:, 2:] - boxes[:, :2]).max(axis=1) >= near_side
 
 
 def outcomes(pictures: list[Labelled]) -> tuple[Floats, Floats, Flags, Ints]:

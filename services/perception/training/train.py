@@ -17,6 +17,7 @@ from services.perception.detector import Detector
 from services.perception.training.evaluation import (
     Labelled,
     class_precisions,
+    near_only,
     outcomes,
     overlap_thresholds,
 )
@@ -124,6 +125,7 @@ def _unmeasured(
         map50=0.0,
         map50_95=0.0,
         average_precision50={},
+        near_average_precision50={},
         calibration=Calibration(),
         reliability=(),
         calibration_error=0.0,
@@ -137,6 +139,7 @@ def _measured(card: DetectorCard, weights: Path, held_out: list[Frame]) -> Detec
     precisions = np.array(
         [class_precisions(pictures, len(card.classes), t) for t in overlap_thresholds]
     )
+    near = class_precisions([near_only(p) for p in pictures], len(card.classes), 0.5)
     # Fitted on one half of the pictures and judged on the other.
     calibration = fit(*outcomes(pictures[::2]))
     scores, class_scores, on_object, true_classes = outcomes(pictures[1::2])
@@ -149,6 +152,7 @@ def _measured(card: DetectorCard, weights: Path, held_out: list[Frame]) -> Detec
         map50=float(np.nanmean(precisions[0])),
         map50_95=float(np.nanmean(precisions)),
         average_precision50=dict(zip(card.classes, precisions[0].tolist(), strict=True)),
+        near_average_precision50=dict(zip(card.classes, near.tolist(), strict=True)),
         calibration=calibration,
         reliability=tuple(table),
         calibration_error=calibration_error(table),
