@@ -60,6 +60,8 @@ _area_stride = 2
 """New ground is measured on every second block, which is fine enough for an area."""
 _same_place, _same_heading = 1.0, 0.4
 """Looks this alike show the same [m], [rad]."""
+_visited_within = 2.5
+"""A pose this near a seen thing was a visit to it [m]."""
 _on_the_way = (0.33, 0.66)
 """Shares of a straight way at which the robot looks ahead."""
 _detour = 1.2
@@ -120,7 +122,7 @@ def features(
         reach & referents.found,
         stop[:, None],
         here[:, None],
-        _times_tried(situation.tried, candidates.pose)[:, None],
+        _times_tried(situation.tried, candidates)[:, None],
     )
     shape = (len(candidates), len(referents.probability))
     return np.stack([np.broadcast_to(column, shape) for column in columns], axis=-1, dtype=float)
@@ -175,11 +177,16 @@ def _new_area(situation: Situation, candidates: Candidates) -> Floats:
     return seen @ sample[rows, columns] * _area_stride**2 / view.area
 
 
-def _times_tried(tried: Floats, poses: Floats) -> Floats:
-    """How many of the poses (T, 3) are about the same as each of (C, 3), shape (C,)."""
-    apart = np.hypot(*(poses[:, None, :2] - tried[None, :, :2]).transpose(2, 0, 1))
-    turned = np.abs(_wrapped(poses[:, None, 2] - tried[None, :, 2]))
-    return ((apart < _same_place) & (turned < _same_heading)).sum(axis=1).astype(np.float64)
+def _times_tried(tried: Floats, candidates: Candidates) -> Floats:
+    """How many of the poses (T, 3) showed about the same as each candidate will, shape (C,)."""
+    ends = candidates.pose
+    apart = np.hypot(*(ends[:, None, :2] - tried[None, :, :2]).transpose(2, 0, 1))
+    turned = np.abs(_wrapped(ends[:, None, 2] - tried[None, :, 2]))
+    from_target = np.hypot(*(candidates.target[:, None] - tried[None, :, :2]).transpose(2, 0, 1))
+    # A seen thing looks the same from all sides.
+    visited = (candidates.object_id >= 0)[:, None] & (from_target < _visited_within)
+    alike = (apart < _same_place) & (turned < _same_heading)
+    return (alike | visited).sum(axis=1).astype(np.float64)
 
 
 def _turn(pose: Floats, ends: Floats) -> Floats:

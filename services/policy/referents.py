@@ -70,15 +70,30 @@ def from_behaviors(belief: MapBelief, behaviors: Behaviors) -> Referents:
 
 def _credible(belief: MapBelief, behaviors: Behaviors) -> Floats:
     """Probabilities (M,) of the rows after what contradicts their hypothesis was discounted."""
-    own = belief.figure
-    if belief.instruction_id != behaviors.instruction_id:
-        own = np.full(len(own), -1, np.int32)  # It was grounded for another utterance.
+    meant = _meant(belief, behaviors)
     particle, count = behaviors.particle, len(belief.weights)
-    contradicts = (own[particle] >= 0) & (behaviors.node != own[particle])
+    contradicts = (meant[particle] >= 0) & (behaviors.node != meant[particle])
     odds = behaviors.probability * np.where(contradicts, _contradiction, 1.0)
-    nothing = behaviors.nothing_fits * np.where(own >= 0, _contradiction, 1.0)
+    nothing = behaviors.nothing_fits * np.where(meant >= 0, _contradiction, 1.0)
     total = np.bincount(particle, odds, minlength=count) + nothing
     return odds / np.maximum(total[particle], _negligible)
+
+
+def _meant(belief: MapBelief, behaviors: Behaviors) -> Ints:
+    """Object (P,) that each hypothesis itself takes for the figure, -1 where it does not say.
+
+    Words without a relation are met by any object of the class. The one seen first is taken, so
+    that another one, seen or imagined, is no reason to doubt it.
+    """
+    same = belief.instruction_id == behaviors.instruction_id
+    meant = np.where(same, belief.figure, np.int32(-1))
+    if behaviors.relation != "unknown":
+        return meant
+    never = np.iinfo(np.int32).max
+    first = np.full(len(meant), never, np.int32)
+    is_seen = np.isin(behaviors.node, belief.node[_seen(belief)])
+    np.minimum.at(first, behaviors.particle[is_seen], behaviors.node[is_seen])
+    return np.where(first < never, first, meant)
 
 
 def from_figures(belief: MapBelief) -> Referents:
@@ -97,7 +112,7 @@ def _readings(
     has_landmark = landmark_row >= 0
     # Where there is no landmark its columns repeat the figure, as something that was found.
     landmark_row = np.where(has_landmark, landmark_row, figure_row)
-    seen = (belief.particle < 0) & (belief.existence >= _seen_above)
+    seen = _seen(belief)
     return _with_nothing(
         Referents(
             probability=probability,
@@ -128,6 +143,10 @@ def _with_nothing(readings: Referents) -> Referents:
         landmark_seen=np.append(readings.landmark_seen, False),
         landmark_existence=np.append(readings.landmark_existence, 0.0),
     )
+
+
+def _seen(belief: MapBelief) -> Flags:
+    return (belief.particle < 0) & (belief.existence >= _seen_above)
 
 
 def _rows(belief: MapBelief, particle: Ints, node: Ints) -> NDArray[np.intp]:

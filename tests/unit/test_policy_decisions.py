@@ -201,7 +201,9 @@ def test_moments_are_mean_and_variance_of_the_readings():
     np.testing.assert_allclose(moments[:, 1], (p[:, None] * phi**2).sum(axis=1) - mean**2)
 
 
-def behaviors_of(belief: MapBelief, node, landmark, probability: float, stamp_ns: int = 5):
+def behaviors_of(
+    belief: MapBelief, node, landmark, probability: float, stamp_ns: int = 5, relation: str = "back"
+):
     count = len(belief.weights)
     return Behaviors(
         stamp_ns=stamp_ns,
@@ -213,7 +215,7 @@ def behaviors_of(belief: MapBelief, node, landmark, probability: float, stamp_ns
         nothing_fits=np.full(count, 1 - probability),
         action="navigate",
         mode="unknown",
-        relation="back",
+        relation=relation,
         comparative=False,
     )
 
@@ -288,3 +290,23 @@ def test_a_long_search_settles_for_less_certainty():
     assert gates == sorted(gates, reverse=True)
     assert gates[0] == rule.confirmed
     assert gates[-1] == rule.confirmed_late > 0.5
+
+
+def test_words_without_a_relation_are_met_by_the_first_one_seen():
+    seen = [(1, HYDRANT, 5.0, 0.0), (3, HYDRANT, 5.0, 4.0)]
+    belief = belief_of([1, 3, (9.0, 9.0), 1], [-1] * 4, seen)
+    referents = from_behaviors(belief, behaviors_of(belief, 1, -1, 0.5, relation="unknown"))
+    assert mass_of(referents, 1) > 0.85
+
+
+def test_a_doubtful_thing_is_visited_once_and_not_from_all_sides(policy):
+    seen = [(1, HYDRANT, 4.0, 0.0), (2, CONE, 3.0, 0.0)]
+    belief = belief_of([1] * 5 + [(20.0, 9.0)] * 5, [2] * 10, seen)
+    visit = np.array([[2.6, 0.0, 0.0]])
+    before = decide(policy, belief)
+    after = decide(policy, belief, memory=Memory(np.zeros((0, 2)), visit, None, 0.0))
+    worth = [
+        max(g for g, k in zip(c.gains, c.candidates.kinds, strict=True) if k is Kind.OBSERVED)
+        for c in (before, after)
+    ]
+    assert worth[1] < 0.5 * worth[0]
