@@ -14,7 +14,7 @@ same_place = 0.6
 _forbidden = 1e6
 
 
-def associate(picture: Picture, things: list[TrackedObject]) -> Ints:
+def match(picture: Picture, things: list[TrackedObject]) -> Ints:
     """Index into `things` for each detection (N,); -1 new, -2 a second box on a known thing."""
     found = np.full(len(picture.points), -1, np.int32)
     if not things or not len(found):

@@ -54,9 +54,9 @@ class SemanticFilter:
 
     def observe(self, detections: Detections) -> None:
         """One step of Algorithm 1 with what a picture shows, and with what it does not show."""
-        picture = self._read(detections)
-        seen, appeared = self.objects.integrate(picture)
-        self._update_metric_map(picture, seen, appeared, detections.odom_from_base)
+        picture = self._propagate(detections)
+        seen, appeared = self.objects.associate(picture)
+        self._update(picture, seen, appeared, detections.odom_from_base)
         vanished = self._look(detections, picture)
         self._weigh()
         self._resample(redraw=appeared or vanished)
@@ -88,11 +88,12 @@ class SemanticFilter:
         """What all hypotheses are judged by."""
         return Evidence(self.classes, self.objects.columns, self.grid, self.viewer, self.readings)
 
-    def _read(self, detections: Detections) -> Picture:
+    def _propagate(self, detections: Detections) -> Picture:
+        """The picture at the pose that dead reckoning predicts."""
         map_from_base = self.backbone.locate(detections.odom_from_base)
         return read_picture(detections, self.classes, map_from_base, self.backbone.uncertainty)
 
-    def _update_metric_map(
+    def _update(
         self,
         picture: Picture,
         seen: list[tuple[int, int]],

@@ -3,7 +3,7 @@
 import numpy as np
 
 from schemas.arrays import Floats
-from services.mapping.association import associate
+from services.mapping.association import match, same_place
 from services.mapping.objects import ObjectColumns, TrackedObject, columns, first_odds
 from services.mapping.sensing import Picture
 from services.mapping.visibility import View
@@ -34,8 +34,8 @@ class ObjectMap:
         """The map's objects as arrays."""
         return columns(self.confirmed, self._classes)
 
-    def integrate(self, picture: Picture) -> tuple[list[tuple[int, int]], bool]:
-        """Take in detections.
+    def associate(self, picture: Picture) -> tuple[list[tuple[int, int]], bool]:
+        """Enter each detection into the thing it belongs to, or as a new candidate.
 
         Returns:
             (object id, detection) of each confirmed object that was seen, and whether any of
@@ -44,7 +44,7 @@ class ObjectMap:
         known = list(self._things)
         new = False
         seen: list[tuple[int, int]] = []
-        for detection, index in enumerate(associate(picture, known).tolist()):
+        for detection, index in enumerate(match(picture, known).tolist()):
             if index == -1:
                 self._things.append(self._first(picture, detection))
             elif index >= 0:
@@ -54,7 +54,11 @@ class ObjectMap:
         return seen, new
 
     def miss(self, picture: Picture, view: View) -> bool:
-        """Lower the existence of what should have been seen; True if something left the map."""
+        """Lower the existence of what should have been seen; True if something left the map.
+
+        Doubles leave too: a thing that was misplaced at first enters twice, and its two estimates
+        meet as soon as it is seen well.
+        """
         if not self._things:
             return False
         local = picture.map_from_base.inverse().apply(self._means())
@@ -112,7 +116,7 @@ class ObjectMap:
             thing.odds += _missed_odds if thing.confirmed else _missed_candidate_odds
 
     def _forget(self) -> bool:
-        kept = [thing for thing in self._things if not _hopeless(thing)]
+        kept = _without_doubles([thing for thing in self._things if not _hopeless(thing)])
         lost = len([t for t in kept if t.confirmed]) < len(self.confirmed)
         self._things = kept
         return lost
@@ -121,3 +125,17 @@ class ObjectMap:
 def _hopeless(thing: TrackedObject) -> bool:
     stale = thing.unseen > _forget_after and not thing.confirmed
     return stale or thing.odds < _gone_odds
+
+
+def _without_doubles(things: list[TrackedObject]) -> list[TrackedObject]:
+    """Of things at one place only the one that was seen most often, in the order given."""
+    kept: list[TrackedObject] = []
+    for thing in sorted(things, key=lambda thing: (-thing.confirmed, -thing.hits)):
+        if not any(_same_place(thing, other) for other in kept):
+            kept.append(thing)
+    return [thing for thing in things if any(thing is other for other in kept)]
+
+
+def _same_place(one: TrackedObject, other: TrackedObject) -> bool:
+    gap = float(np.hypot(*(one.mean - other.mean)))
+    return gap < max(same_place, min(one.radius, other.radius))

@@ -14,8 +14,8 @@ first_odds = -1.0
 """Before anything speaks for an object."""
 _class_temper = 0.5
 _class_floor = 0.02
-_confirming_hits = 2
 _confirming_odds = 1.0
+"""Out of reach of a single picture, see `hit_limits`."""
 
 
 @dataclass
@@ -48,7 +48,7 @@ class TrackedObject:
     @property
     def worthy(self) -> bool:
         """Whether enough consistent detections speak for it; a single one never does."""
-        return self.hits >= _confirming_hits and self.odds >= _confirming_odds
+        return self.odds >= _confirming_odds
 
     @property
     def class_probability(self) -> Floats:

@@ -33,13 +33,13 @@ _possible = np.log(0.02)
 """Things less likely of the class are not tried."""
 _oversampling = 8
 _least = 20
-_turned_round = 1.4
-"""A proposal must be wider than what it proposes for [-]."""
+_turned_round = 0.7
+"""A proposal must be wider than what it proposes for [m]."""
 
 
 @dataclass(frozen=True)
 class _Draw:
-    """One stratum: hypotheses and the log density they were drawn with, count included."""
+    """One stratum: hypotheses and the log of their number times the density they come from."""
 
     figure: Ints
     figure_position: Floats
@@ -82,7 +82,8 @@ def _strata(
     if reading.landmark is None:
         places = np.tile([evidence.viewer.x, evidence.viewer.y], (share, 1))
         alone = np.full(share, nothing, np.int32)
-        beside = _new_figure(reading, alone, places, np.zeros(share), evidence, rng)
+        count = np.full(share, np.log(share))
+        beside = _new_figure(reading, alone, places, count, evidence, rng)
         return [_beside_robot(figures, evidence), beside]
     landmarks = _candidates(reading.landmark, evidence)
     pairs = np.array(np.meshgrid(figures, landmarks), np.int32).reshape(2, -1)
@@ -136,7 +137,7 @@ def _new_alone(share: int, evidence: Evidence, rng: np.random.Generator) -> _Dra
 def _all_new(reading: Reading, share: int, evidence: Evidence, rng: np.random.Generator) -> _Draw:
     places, log_proposal = _unseen_places(share, evidence, rng)
     new = np.full(share, hypothesised_landmark, np.int32)
-    return _new_figure(reading, new, places, log_proposal, evidence, rng, counted=True)
+    return _new_figure(reading, new, places, log_proposal, evidence, rng)
 
 
 def _near_seen_landmark(
@@ -146,7 +147,7 @@ def _near_seen_landmark(
     numbers = np.repeat(landmarks, each)
     places = _where(numbers, evidence)
     counts = np.full(len(numbers), np.log(each))
-    return _new_figure(reading, numbers, places, counts, evidence, rng, counted=True)
+    return _new_figure(reading, numbers, places, counts, evidence, rng)
 
 
 def _new_figure(
@@ -156,9 +157,8 @@ def _new_figure(
     log_proposal: Floats,
     evidence: Evidence,
     rng: np.random.Generator,
-    counted: bool = False,
 ) -> _Draw:
-    """Figures drawn from the relation around landmarks (n, 2)."""
+    """Figures drawn from the relation around landmarks (n, 2), which have their own density."""
     assert reading.relation is not None
     new = np.full(len(places), hypothesised_figure, np.int32)
     radii = _radii(reading, new, landmark, evidence)
@@ -166,8 +166,7 @@ def _new_figure(
     offset = relations.sample_figure(reading.relation, rng, frame, radii)
     zero = np.zeros(len(places))
     density = relations.log_likelihood(reading.relation, frame, offset, radii, zero)
-    count = 0.0 if counted else np.log(len(places))
-    return _Draw(new, places + offset, landmark, places, log_proposal + density + count)
+    return _Draw(new, places + offset, landmark, places, log_proposal + density)
 
 
 def _near_seen_figure(
@@ -181,13 +180,11 @@ def _near_seen_figure(
     new = np.full(len(numbers), hypothesised_landmark, np.int32)
     radii = _radii(reading, numbers, new, evidence)
     frame = relations.frame_at(places, evidence.viewer)
-    blur = (_turned_round * relations.residual) ** 2
-    # A wider normal on top of the sample is a wider proposal whose density is known: radial and
-    # directed relations both take an isotropic variance.
-    offset = reading.relation.sample(rng, frame, radii) + np.sqrt(blur) * rng.standard_normal(
-        (len(numbers), 2)
-    )
-    density = reading.relation.log_density(frame, offset, radii, np.full(len(numbers), blur))
+    # The frame belongs at the landmark, which is not known yet: blur makes up for the difference.
+    blur = _turned_round * rng.standard_normal(places.shape)
+    offset = reading.relation.sample(rng, frame, radii) + blur
+    variance = np.full(len(numbers), _turned_round**2)
+    density = reading.relation.log_density(frame, offset, radii, variance)
     return _Draw(numbers, places, new, places - offset, density + np.log(each))
 
 

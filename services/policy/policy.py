@@ -12,7 +12,7 @@ from services.policy import candidates as candidates_of
 from services.policy import places
 from services.policy.belief_features import Situation, belief_features
 from services.policy.candidates import Candidates, Kind
-from services.policy.referents import Referents
+from services.policy.referents import Referents, best_found, mass_of, seen_figures
 from services.policy.rule import RateRule
 from services.policy.terrain import terrain_of
 from services.policy.travel import travel_from
@@ -137,27 +137,11 @@ class BeliefPolicy:
     ) -> Candidates:
         parts = [places.turns(pose), places.frontiers(situation.terrain, pose, belief.viewer)]
         parts += places.views_of(places.hypotheses(referents), pose)
-        for object_id in _seen_figures(referents):
+        for object_id in seen_figures(referents):
             row = _row_of(belief, object_id)
             ways = places.approaches(belief.position[row], _radius_of(belief, row), object_id, pose)
             parts.append(_nearest_ways(ways, situation, self._radius))
         return candidates_of.joined(parts)
-
-
-def mass_of(referents: Referents, object_id: int) -> float:
-    """Posterior mass that a seen object is meant and that all the reading speaks of was seen."""
-    return float(referents.probability[referents.found & (referents.figure_id == object_id)].sum())
-
-
-def best_found(referents: Referents) -> int:
-    """Seen object with the largest `mass_of`, -1 where nothing is found."""
-    ids = _seen_figures(referents)
-    masses = [mass_of(referents, object_id) for object_id in ids]
-    return ids[int(np.argmax(masses))] if ids else -1
-
-
-def _seen_figures(referents: Referents) -> list[int]:
-    return np.unique(referents.figure_id[referents.known & referents.figure_seen]).tolist()
 
 
 def _row_of(belief: MapBelief, object_id: int) -> int:

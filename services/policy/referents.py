@@ -16,7 +16,7 @@ from schemas.language import Behaviors
 _seen_above = 0.5
 """Existence below which a detection is too doubtful to count as seen."""
 _negligible = 1e-6
-_contradiction = 0.1
+_contradiction = 0.05
 """Credit of behaviours that contradict the hypothesis they were inferred in.
 
 A hypothesis says itself which of its objects the utterance means. Behaviour inference looks at the
@@ -51,6 +51,23 @@ class Referents:
     def found(self) -> Flags:
         """(M,) Whether everything the reading speaks of was seen."""
         return self.known & self.figure_seen & self.landmark_seen
+
+
+def mass_of(referents: Referents, object_id: int) -> float:
+    """Posterior mass that a seen object is meant and that all the reading speaks of was seen."""
+    return float(referents.probability[referents.found & (referents.figure_id == object_id)].sum())
+
+
+def best_found(referents: Referents) -> int:
+    """Seen object with the largest `mass_of`, -1 where nothing is found."""
+    ids = seen_figures(referents)
+    masses = [mass_of(referents, object_id) for object_id in ids]
+    return ids[int(np.argmax(masses))] if ids else -1
+
+
+def seen_figures(referents: Referents) -> list[int]:
+    """Ids of the seen objects that may be meant, ascending."""
+    return np.unique(referents.figure_id[referents.known & referents.figure_seen]).tolist()
 
 
 def from_behaviors(belief: MapBelief, behaviors: Behaviors) -> Referents:

@@ -9,7 +9,7 @@ from services.policy.policy import Choice
 
 _speed_share = {"safely": 0.5, "quickly": 1.0}
 _usual_speed_share = 0.8
-_tolerance = 0.2
+_tolerance = 0.15
 _wide = 100.0
 """Tolerance that any place meets [m]."""
 

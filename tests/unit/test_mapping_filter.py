@@ -7,10 +7,11 @@ import pytest
 
 from schemas.geometry import Pose2
 from services.mapping.annotations import Reading
-from services.mapping.association import associate
+from services.mapping.association import match
 from services.mapping.backbone import Backbone, Uncertainty
 from services.mapping.graph import Motion, Problem, Sighting, add_motion, add_sighting
 from services.mapping.grid import Grid
+from services.mapping.object_map import ObjectMap
 from services.mapping.objects import TrackedObject, columns
 from services.mapping.odometer import OdometryNoise
 from services.mapping.particles import Particles, empty_particles
@@ -18,6 +19,7 @@ from services.mapping.proposal import fresh_particles
 from services.mapping.relations import relation_named
 from services.mapping.sensing import Picture
 from services.mapping.target import Evidence, log_target
+from services.mapping.visibility import View
 
 CLASSES = ("cone", "hydrant")
 ORIGIN = Pose2(0.0, 0.0, 0.0)
@@ -181,7 +183,7 @@ def picture(points: list[list[float]], kinds: list[int]) -> Picture:
         points=places,
         covariances_base=np.tile(0.04 * np.eye(2), (n, 1, 1)),
         covariances=np.tile(0.04 * np.eye(2), (n, 1, 1)),
-        class_probability=np.where(np.arange(2) == np.array(kinds)[:, None], 0.9, 0.05),
+        class_probability=np.where(np.arange(2) == np.array(kinds, int)[:, None], 0.9, 0.05),
         extents=np.full((n, 3), 0.4),
         uncertainty=Uncertainty(0.0, 0.0),
     )
@@ -190,21 +192,43 @@ def picture(points: list[list[float]], kinds: list[int]) -> Picture:
 def test_association_is_one_to_one_and_knows_new_things() -> None:
     things = [thing(0, 0, 5.0, 0.0), thing(1, 1, 6.0, 0.5)]
     seen = picture([[6.1, 0.5], [4.9, 0.0], [9.0, 0.0]], [1, 0, 1])
-    assert associate(seen, things).tolist() == [1, 0, -1]
+    assert match(seen, things).tolist() == [1, 0, -1]
 
 
 def test_a_second_box_on_one_thing_is_not_a_second_thing() -> None:
     seen = picture([[5.0, 0.0], [5.1, 0.1]], [0, 1])
-    assert sorted(associate(seen, [thing(0, 0, 5.0, 0.0)]).tolist()) == [-2, 0]
+    assert sorted(match(seen, [thing(0, 0, 5.0, 0.0)]).tolist()) == [-2, 0]
 
 
 def test_a_hydrant_before_a_building_is_not_the_building() -> None:
     building = replace(thing(0, 0, 8.0, 0.0), extent=np.array([6.0, 6.0, 4.0]))
-    assert associate(picture([[6.0, 0.0]], [1]), [building]).tolist() == [-1]
+    assert match(picture([[6.0, 0.0]], [1]), [building]).tolist() == [-1]
 
 
 def test_a_drifted_robot_recognises_a_thing_again() -> None:
     seen, known = picture([[6.3, 0.0]], [0]), [thing(0, 0, 5.0, 0.0)]
-    assert associate(seen, known).tolist() == [-1]
+    assert match(seen, known).tolist() == [-1]
     drifted = replace(seen, uncertainty=Uncertainty(0.2, 0.01))
-    assert associate(drifted, known).tolist() == [0]
+    assert match(drifted, known).tolist() == [0]
+
+
+def test_two_estimates_that_meet_become_one_thing() -> None:
+    things = ObjectMap(2)
+    elder, double = thing(4, 1, 5.0, 0.0), replace(thing(5, 1, 5.1, 0.1), hits=3)
+    things.restore(elder)
+    things.restore(double)
+    things.restore(thing(6, 1, 6.0, 0.0))
+    blind = View(np.zeros(0), np.zeros(0), 0.0, 7.0)
+    assert things.miss(picture([], []), blind)
+    assert things.columns.number.tolist() == [4, 6]
+    assert not things.miss(picture([], []), blind)
+
+
+def test_a_thing_that_is_never_seen_again_leaves_the_map() -> None:
+    things = ObjectMap(2)
+    things.restore(thing(0, 1, 3.0, 0.0))
+    plain = View(np.linspace(-0.5, 0.5, 11), np.full(11, 7.0), 0.5, 7.0)
+    gone = [things.miss(picture([], []), plain) for _ in range(30)]
+    assert gone.count(True) == 1
+    assert gone.index(True) > 10
+    assert not things.confirmed

@@ -9,8 +9,8 @@ from schemas.geometry import Pose2
 from schemas.language import Behaviors
 from services.policy.belief_features import moments_of
 from services.policy.candidates import Kind
-from services.policy.policy import BeliefPolicy, Memory, mass_of
-from services.policy.referents import from_behaviors, from_figures
+from services.policy.policy import BeliefPolicy, Memory
+from services.policy.referents import from_behaviors, from_figures, mass_of
 from services.policy.rule import UnknownFeatureError, load_rule
 
 HYDRANT, CONE = 0, 1
