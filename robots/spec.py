@@ -2,21 +2,8 @@
 
 from dataclasses import dataclass
 
+from robots.symbols import SymbolSpace
 from schemas.geometry import Pose2, Pose3
-
-
-@dataclass(frozen=True)
-class SymbolSpace:
-    """What the robot's language ranges over.
-
-    Paper, Eqs. annotation-symbol-space and experiments-behavior-inference-space.
-    """
-
-    object_classes: tuple[str, ...]
-    locations: tuple[str, ...]
-    relations: tuple[str, ...]
-    actions: tuple[str, ...]
-    modes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -113,5 +100,3 @@ class RobotSpec:
     laser: LaserSpec
     odometry: OdometryNoise
     symbols: SymbolSpace
-    grounding: str
-    """"dcg" or "hdcg", as in the paper."""

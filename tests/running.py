@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+import psutil
+
 from schemas.errors import MissingComponentError
 from schemas.health import ServiceHealth, ServiceState, SystemStatus
 from services.runtime.client import Client
@@ -34,6 +36,12 @@ class Running:
         pid = self.service(name).pid
         os.kill(pid, number)
         return pid
+
+    def processes(self) -> list[psutil.Process]:
+        """The supervisor and every service."""
+        return [psutil.Process(self.process.pid)] + [
+            psutil.Process(row.pid) for row in self.status().services
+        ]
 
     def wait_until_ready(self, seconds: float = 60.0) -> None:
         eventually(lambda: self.process.poll() is not None or self._ready(), seconds, "ready")

@@ -9,8 +9,8 @@ from robots.spec import (
     LaserSpec,
     OdometryNoise,
     RobotSpec,
-    SymbolSpace,
 )
+from robots.symbols import get_symbols
 from schemas.geometry import Pose2, Pose3, quaternion_product
 
 _camera_pitch = math.radians(8.0)
@@ -59,22 +59,5 @@ HUSKY = RobotSpec(
         height=0.45,
     ),
     odometry=OdometryNoise(variance_per_metre=2.5e-4, variance_per_radian=4e-4),
-    symbols=SymbolSpace(
-        object_classes=(
-            "unknown",
-            "robot",
-            "cone",
-            "tree",
-            "car",
-            "building",
-            "hydrant",
-            "wall",
-            "barrel",
-        ),
-        locations=(),
-        relations=("unknown", "near", "away", "front", "back", "left", "right"),
-        actions=("unknown", "navigate"),
-        modes=("safely", "quickly", "unknown"),
-    ),
-    grounding="dcg",
+    symbols=get_symbols("husky"),
 )

@@ -19,11 +19,10 @@ def ground(
         robot: one of 'incognita robots'.
         json: one JSON document on stdout.
     """
-    from robots.catalogue import get_robot
     from services.grounding.model import GroundingModel
     from services.grounding.report import describe, document
 
-    model = GroundingModel.load(get_robot(robot))
+    model = GroundingModel.load(robot)
     started = time.perf_counter()
     understanding = model.understand(text)
     behaviors = model.behaviors(understanding)

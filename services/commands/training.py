@@ -53,17 +53,15 @@ def _bar() -> Progress:
 
 
 def _grounding(robot: str) -> dict[str, Any]:
-    from robots.catalogue import get_robot
     from services.grounding.training.train import train_grounding
 
-    spec = get_robot(robot)
     with _bar() as bar:
         task = bar.add_task("training", total=1.0)
 
         def progress(doing: str, share: float) -> None:
             bar.update(task, description=doing, completed=share)
 
-        return train_grounding(spec, progress)
+        return train_grounding(robot, progress)
 
 
 def _detector(data: Path, epochs: int, minutes: float | None) -> dict[str, Any]:

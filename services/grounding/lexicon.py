@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from robots.spec import SymbolSpace
+from robots.symbols import SymbolSpace
 from services.grounding.errors import GroundingError
 from services.grounding.text import Token
 

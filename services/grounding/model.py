@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.spec import RobotSpec
+from robots.symbols import get_symbols
 from services.grounding import behavior, doubt
 from services.grounding.behavior import NONE, PAIR_FEATURES, Objects
 from services.grounding.dcg import CorrespondenceGraph, Weights
@@ -79,15 +79,17 @@ class GroundingModel:
         self._possible = doubt.possible(lexicon)
 
     @classmethod
-    def load(cls, robot: RobotSpec) -> "GroundingModel":
+    def load(cls, robot: str) -> "GroundingModel":
         """Reads the robot's trained weights.
 
         Raises:
+            UnknownLanguageError: no robot of that name has words.
             GroundingError: the robot has no weights, or the weights are of another version.
         """
-        lexicon = Lexicon.load(robot.symbols)
-        path = weights_path(robot.name)
-        weights, extra = load_weights(path, SymbolTable(robot.symbols))
+        symbols = get_symbols(robot)
+        lexicon = Lexicon.load(symbols)
+        path = weights_path(robot)
+        weights, extra = load_weights(path, SymbolTable(symbols))
         pair_weights = np.array([extra["pairs"].get(name, 0.0) for name in PAIR_FEATURES])
         return cls(lexicon, weights, pair_weights)
 

@@ -4,7 +4,6 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from robots.catalogue import get_robot
 from schemas import topics
 from schemas.belief import MapBelief
 from schemas.language import Annotations, Instruction
@@ -20,7 +19,7 @@ class GroundingNode:
 
     def __init__(self, run: RunConfig, rng: np.random.Generator) -> None:
         del rng  # Inference is exact: nothing is drawn at random.
-        self._model = GroundingModel.load(get_robot(run.robot))
+        self._model = GroundingModel.load(run.robot)
         self._instruction_id = ""
         self._understanding: Understanding | None = None
 

@@ -22,7 +22,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.spec import SymbolSpace
+from robots.symbols import SymbolSpace
 from services.grounding.errors import GroundingError
 from services.grounding.lexicon import constituents
 

@@ -16,20 +16,28 @@ from tests.benchmarks.rows import Row
 BENCHMARKS: dict[str, int] = {
     "wire": 25,
     "codec": 51,
-    "camera": 25,
     "shader": 15,
+    "camera": 25,
     "detector": 51,
     "startup": 5,
 }
 """Module below this package, and its rounds unless asked for others."""
+DRAWING = {"shader", "camera", "startup"}
+"""Those that need a Vulkan device."""
 
 _head = ("metric", "ours", "95 %", "peer", "ratio", "baseline ratio")
 _missing_component = 5
 
 
 def run(names: list[str], rounds: int | None) -> list[Row]:
-    """Rows of the named benchmarks, one benchmark after the other."""
+    """Rows of the named benchmarks, one benchmark after the other.
+
+    Raises:
+        NoVulkanDeviceError: one of them draws, and there is no device for that.
+    """
     vulkan.activate()
+    if DRAWING.intersection(names):
+        vulkan.device_name()
     rows: list[Row] = []
     for name in names:
         print(f"benchmark {name} ...", file=sys.stderr, flush=True)

@@ -143,40 +143,28 @@ def measure(rounds: int) -> list[Row]:
 
 def belief_tree(maps: MapBelief) -> BeliefTree:
     """The same belief as nested objects."""
-    return BeliefTree(
-        stamp_ns=maps.stamp_ns,
-        instruction_id=maps.instruction_id,
-        particles=[
-            ParticleTree(
-                weight=float(maps.weights[particle]),
-                figure=int(maps.figure[particle]),
-                landmark=int(maps.landmark[particle]),
-                objects=[_object(maps, row) for row in np.flatnonzero(maps.particle == particle)],
-            )
-            for particle in range(len(maps.weights))
-        ],
-        viewer=maps.viewer,
-        map_from_odom=maps.map_from_odom,
-        map_from_base=maps.map_from_base,
-        trajectory=[(x, y, yaw) for x, y, yaw in maps.trajectory.tolist()],
-        effective_particles=maps.effective_particles,
-    )
+    content: dict[str, Any] = as_builtins(maps)
+    rows = [_object(content, row) for row in range(len(maps.node))]
+    content["particles"] = [
+        {
+            "weight": content["weights"][particle],
+            "figure": content["figure"][particle],
+            "landmark": content["landmark"][particle],
+            "objects": rows[particle * _objects_each : (particle + 1) * _objects_each],
+        }
+        for particle in range(_particles)
+    ]
+    return msgspec.convert(content, BeliefTree)
 
 
-def _object(maps: MapBelief, row: int) -> ObjectTree:
-    return ObjectTree(
-        node=int(maps.node[row]),
-        class_name=maps.classes[maps.class_index[row]],
-        class_probability=float(maps.class_probability[row]),
-        position=tuple(maps.position[row].tolist()),
-        covariance=tuple(tuple(line) for line in maps.covariance[row].tolist()),
-        extent=tuple(maps.extent[row].tolist()),
-        existence=float(maps.existence[row]),
-    )
+def _object(content: dict[str, Any], row: int) -> dict[str, Any]:
+    columns = ("node", "class_probability", "position", "covariance", "extent", "existence")
+    class_name = content["classes"][content["class_index"][row]]
+    return {"class_name": class_name, **{name: content[name][row] for name in columns}}
 
 
 def _ours(message: Struct) -> Rival:
-    kind = type(message)
+    kind: type[Struct] = type(message)
     return Rival("ours", lambda: encode(message), lambda data: decode(data, kind))
 
 

@@ -45,7 +45,7 @@ class Session:
     def __call__(self, blob: NDArray[np.float32]) -> NDArray[np.float32]:
         """Output (N, 5 + C) of one blob."""
         (output,) = self._session.run(None, {self._input: blob})
-        return np.asarray(output[0], np.float32)
+        return np.asarray(output, np.float32)[0]
 
 
 def measure(rounds: int) -> list[Row]:

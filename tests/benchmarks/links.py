@@ -9,8 +9,7 @@ import queue
 import socket
 import struct
 import time
-from collections.abc import Callable
-from typing import Annotated, Protocol
+from typing import Annotated, Any, Protocol
 
 import iceoryx2
 import numpy as np
@@ -27,6 +26,8 @@ ROBOT = "husky"
 
 _number = struct.Struct("<Q")
 _length = struct.Struct("<I")
+# Most of its names come out of a compiled module without types.
+_iceoryx: Any = iceoryx2
 
 
 class Blob(Struct, frozen=True, kw_only=True):
@@ -144,26 +145,19 @@ class IceoryxLink:
     """iceoryx2: slices in shared memory, and an event that wakes the reader."""
 
     def __init__(self, name: str, out: str, back: str) -> None:
-        iceoryx2.set_log_level(iceoryx2.LogLevel.Error)
-        builder = iceoryx2.NodeBuilder.new()
-        builder = builder.signal_handling_mode(iceoryx2.SignalHandlingMode.Disabled)
-        self._node = builder.create(iceoryx2.ServiceType.Ipc)
-        slices = iceoryx2.Slice[ctypes.c_uint8]
+        _iceoryx.set_log_level(_iceoryx.LogLevel.Error)
+        builder = _iceoryx.NodeBuilder.new()
+        builder = builder.signal_handling_mode(_iceoryx.SignalHandlingMode.Disabled)
+        self._node = builder.create(_iceoryx.ServiceType.Ipc)
         self._sender = (
-            self._service(f"{name}/{out}/data", lambda service: service.publish_subscribe(slices))
+            self._data(f"{name}/{out}")
             .publisher_builder()
             .initial_max_slice_len(max(SIZES.values()))
             .create()
         )
-        self._reader = (
-            self._service(f"{name}/{back}/data", lambda service: service.publish_subscribe(slices))
-            .subscriber_builder()
-            .create()
-        )
-        event = self._service(f"{name}/{out}/event", lambda service: service.event())
-        self._notifier = event.notifier_builder().create()
-        event = self._service(f"{name}/{back}/event", lambda service: service.event())
-        self._listener = event.listener_builder().create()
+        self._reader = self._data(f"{name}/{back}").subscriber_builder().create()
+        self._notifier = self._event(f"{name}/{out}").notifier_builder().create()
+        self._listener = self._event(f"{name}/{back}").listener_builder().create()
 
     def send(self, frame: bytes) -> None:
         room = self._sender.loan_slice_uninit(len(frame))
@@ -178,7 +172,7 @@ class IceoryxLink:
             left = due - time.monotonic()
             if left <= 0:
                 return None
-            self._listener.timed_wait(iceoryx2.Duration.from_secs_f64(left))
+            self._listener.timed_wait(_iceoryx.Duration.from_secs_f64(left))
         frame = ctypes.string_at(sample.payload_ptr, sample.payload().len())
         sample.delete()
         return frame
@@ -187,6 +181,12 @@ class IceoryxLink:
         for port in (self._sender, self._reader, self._notifier, self._listener):
             port.delete()
 
-    def _service(self, name: str, kind: Callable[[iceoryx2.ServiceBuilder], object]):
-        builder = self._node.service_builder(iceoryx2.ServiceName.new(name))
-        return kind(builder).open_or_create()
+    def _data(self, name: str) -> Any:
+        slices = iceoryx2.Slice[ctypes.c_uint8]
+        return self._service(f"{name}/data").publish_subscribe(slices).open_or_create()
+
+    def _event(self, name: str) -> Any:
+        return self._service(f"{name}/event").event().open_or_create()
+
+    def _service(self, name: str) -> Any:
+        return self._node.service_builder(_iceoryx.ServiceName.new(name))

@@ -16,7 +16,7 @@ PEER = "import numpy, cv2, zenoh, gtsam, sapien"
 
 _root = Path(__file__).parents[2]
 _drift = 3.0
-_patience_s = 120.0
+_patience_s = 10.0
 
 
 def measure(rounds: int) -> list[Row]:
@@ -64,6 +64,9 @@ def _ready_s(*options: str) -> float:
             assert ready, "ended before it was ready"
         finally:
             system.send_signal(signal.SIGINT)
-            system.wait(_patience_s)
-            system.stdout.close()
+            try:
+                system.wait(_patience_s)
+            finally:
+                system.kill()
+                system.stdout.close()
     return elapsed

@@ -44,6 +44,7 @@ def speeds(realm: str, seconds: float) -> list[float]:
 def test_every_service_may_be_killed_during_a_run(up: Up) -> None:
     with up("--seed", "4", "--say", text, "--exit-when-done") as system:
         system.wait_until_ready()
+        check_nothing_listens_beyond_this_machine(system)
         names = [row.name for row in system.status().services]
         for name in names:
             pid = system.kill(name)
@@ -81,6 +82,16 @@ def test_bad_messages_strange_words_and_the_stop(up: Up) -> None:
         system.process.send_signal(signal.SIGINT)
         system.process.wait(10)
         assert time.monotonic() - began < 5.0
+
+
+def check_nothing_listens_beyond_this_machine(system: Running) -> None:
+    listening = [
+        connection.laddr.ip
+        for process in system.processes()
+        for connection in process.net_connections("inet")
+        if connection.status == psutil.CONN_LISTEN
+    ]
+    assert listening == ["127.0.0.1"], "the page, and nothing else"
 
 
 def check_malformed_bytes_kill_nothing(system: Running) -> None:
@@ -144,6 +155,24 @@ def check_a_second_system_is_refused(system: Running, up: Up) -> None:
     assert second.process.returncode == 2
     assert str(system.process.pid) in output
     assert "kill" in output
+
+
+def test_an_instruction_that_is_not_understood_ends_with_its_own_code(up: Up) -> None:
+    with up("--no-web", "--no-record", "--say", "paint the fence", "--exit-when-done") as system:
+        output, _ = system.process.communicate(timeout=90)
+    assert system.process.returncode == 3, output
+    assert "paint" in output
+
+
+def test_without_a_vulkan_device_it_says_so_and_how_to_mend_it(
+    up: Up, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("VK_DRIVER_FILES", "/nowhere/driver.json")
+    monkeypatch.setenv("VK_ICD_FILENAMES", "/nowhere/driver.json")
+    with up("--no-web", "--no-record") as system:
+        output, _ = system.process.communicate(timeout=90)
+    assert system.process.returncode == 5, output
+    assert "doctor --fix" in output
 
 
 def test_services_die_with_their_supervisor(up: Up) -> None:

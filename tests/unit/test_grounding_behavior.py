@@ -5,13 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from robots.catalogue import get_robot
 from services.grounding.errors import GroundingError
 from services.grounding.model import BehaviorDistribution, GroundingModel
 from services.grounding.spatial import FAMILIES, GAP, Placement, truth, typical_offset
 from services.grounding.world import WorldObjects
 
-MODEL = GroundingModel.load(get_robot("husky"))
+MODEL = GroundingModel.load("husky")
 
 
 def world(*objects: tuple[str, float, float], viewer: tuple[float, float, float] = (0, 0, 0)):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from robots.catalogue import get_robot
-from robots.spec import SymbolSpace
+from robots.symbols import SymbolSpace
 from services.grounding.dcg import best_sets
 from services.grounding.errors import GroundingError
 from services.grounding.symbols import SymbolTable

@@ -5,13 +5,12 @@ import time
 
 import pytest
 
-from robots.catalogue import get_robot
 from services.grounding.corpus import CORPORA, HeldOut, read_corpus, read_held_out
 from services.grounding.model import GroundingModel
 from services.grounding.report import document
 from services.grounding.understanding import Understanding
 
-MODEL = GroundingModel.load(get_robot("husky"))
+MODEL = GroundingModel.load("husky")
 HELD_OUT = read_held_out(CORPORA / "husky.heldout.txt", MODEL.table)
 MAX_ANSWER_S = 1.0
 
@@ -149,4 +148,4 @@ def test_equal_sentences_equal_answers() -> None:
     first = MODEL.understand(text)
     MODEL.understand("go to the hydrant behind the cone")
     assert MODEL.understand(text) == first
-    assert GroundingModel.load(get_robot("husky")).understand(text) == first
+    assert GroundingModel.load("husky").understand(text) == first

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.spec import RobotSpec
+from robots.symbols import SymbolSpace, get_symbols
 from services.grounding.behavior import PAIR_FEATURES
 from services.grounding.corpus import CORPORA, Example, HeldOut, read_corpus, read_held_out
 from services.grounding.dcg import Weights
@@ -50,9 +50,7 @@ class Score:
     """Of the right symbols of the whole sentence."""
 
 
-def train_grounding(
-    robot: RobotSpec, progress: Progress, folder: Path | None = None
-) -> dict[str, Any]:
+def train_grounding(robot: str, progress: Progress, folder: Path | None = None) -> dict[str, Any]:
     """Fits weights by L-BFGS, with the penalty chosen by cross-validation, and writes them.
 
     Args:
@@ -67,18 +65,19 @@ def train_grounding(
         GroundingError: the corpus has an error (file, line, what is allowed).
     """
     started = time.perf_counter()
-    table, lexicon = SymbolTable(robot.symbols), Lexicon.load(robot.symbols)
-    examples = read_corpus(CORPORA / f"{robot.name}.txt", table)
-    held_out = read_held_out(CORPORA / f"{robot.name}.heldout.txt", table)
+    symbols = get_symbols(robot)
+    table, lexicon = SymbolTable(symbols), Lexicon.load(symbols)
+    examples = read_corpus(CORPORA / f"{robot}.txt", table)
+    held_out = read_held_out(CORPORA / f"{robot}.heldout.txt", table)
     scores = _cross_validate(examples, table, lexicon, progress)
     best = max(PENALTIES, key=lambda penalty: _mean_log_probability(scores[penalty]))
     progress("final weights", 0.7)
     weights = fit(build_problem(examples, table, lexicon), best)
     progress("pairs of objects in sampled maps", 0.75)
-    pair_weights, pair_report = _train_pairs(robot)
+    pair_weights, pair_report = _train_pairs(symbols)
     model = GroundingModel(lexicon, weights, pair_weights)
     report = {
-        "robot": robot.name,
+        "robot": robot,
         "examples": len(examples),
         "symbols": len(table.symbols),
         "penalty": best,
@@ -87,7 +86,7 @@ def train_grounding(
         "pairs": pair_report,
         "train_s": round(time.perf_counter() - started, 1),
     }
-    target = weights_path(robot.name) if folder is None else folder / f"{robot.name}.json"
+    target = weights_path(robot) if folder is None else folder / f"{robot}.json"
     _write(target, weights, table, pair_weights, report)
     progress("done", 1.0)
     return report
@@ -148,8 +147,8 @@ def _summary(scores: Sequence[Score]) -> dict[str, float]:
     }
 
 
-def _train_pairs(robot: RobotSpec) -> tuple[NDArray[np.float64], dict[str, float]]:
-    relations = tuple(name for name in robot.symbols.relations if name in DENSITY)
+def _train_pairs(symbols: SymbolSpace) -> tuple[NDArray[np.float64], dict[str, float]]:
+    relations = tuple(name for name in symbols.relations if name in DENSITY)
     rng = np.random.default_rng(SEED)
     weights = fit_pairs(sample_choices(SAMPLED_MAPS, relations, rng))
     report = evaluate_pairs(sample_choices(SAMPLED_MAPS // 4, relations, rng), weights)

@@ -1,0 +1,125 @@
+"""No figure is far worse beside its peer than it was when the baseline was blessed.
+
+Times of a busy machine mean little, so only ratios within one run count here, and each row says
+how far its ratio may drift. What is no speed, such as a loss, has a limit of its own.
+"""
+
+from dataclasses import dataclass
+from importlib import import_module
+
+import msgspec
+import numpy as np
+import pytest
+
+from sim import vulkan
+from tests.benchmarks import baseline
+from tests.benchmarks.__main__ import BENCHMARKS, DRAWING, table
+from tests.benchmarks.rows import Peer, Row, quantile, quantile_interval
+
+
+@dataclass(frozen=True)
+class Short:
+    """A benchmark with few rounds."""
+
+    name: str
+    rounds: int
+
+
+# All but "shader", whose peer alone takes a quarter of a minute to its first picture.
+SHORT = (
+    Short("wire", 6),
+    Short("codec", 15),
+    Short("camera", 11),
+    Short("detector", 15),
+    Short("startup", 1),
+)
+
+
+@pytest.fixture(scope="module")
+def blessed() -> baseline.Baseline:
+    return baseline.load()
+
+
+@pytest.fixture(scope="module")
+def why_nothing_can_be_drawn() -> str:
+    vulkan.activate()
+    try:
+        vulkan.device_name()
+    except vulkan.NoVulkanDeviceError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.bench
+@pytest.mark.slow
+@pytest.mark.parametrize("short", SHORT, ids=lambda short: short.name)
+def test_no_figure_drifted_from_the_baseline(
+    short: Short, blessed: baseline.Baseline, why_nothing_can_be_drawn: str
+) -> None:
+    if short.name in DRAWING and why_nothing_can_be_drawn:
+        pytest.skip(why_nothing_can_be_drawn)
+    rows: list[Row] = import_module(f"tests.benchmarks.{short.name}").measure(short.rounds)
+    complaints = [text for row in rows if (text := baseline.complaint(row, blessed))]
+    assert rows
+    assert not complaints, "\n".join([*complaints, table(rows, blessed)])
+
+
+def row(ours: float, *, peer: float | None = 1.0, better: str = "lower", **more: float) -> Row:
+    content = {"row": "a", "metric": "b", "unit": "s", "better": better, "ours": ours, **more}
+    beside = None if peer is None else Peer("other 1.2", peer)
+    return msgspec.convert(content | {"interval": (ours, ours), "peer": beside}, Row)
+
+
+def baseline_of(blessed_row: Row) -> baseline.Baseline:
+    figure = baseline.Figure(
+        unit="s", ours=1.0, peer=None, ratio=blessed_row.ratio, machine="", git=""
+    )
+    return {blessed_row.key: figure}
+
+
+def test_every_benchmark_is_tested_or_said_why_not():
+    assert {short.name for short in SHORT} == BENCHMARKS.keys() - {"shader"}
+
+
+@pytest.mark.parametrize(("better", "worse"), [("lower", 3.0), ("higher", 1 / 3)])
+def test_drift_has_the_direction_of_the_metric(better: str, worse: float):
+    before = baseline_of(row(1.0, better=better))
+    assert baseline.complaint(row(worse, better=better, drift=3.1), before) is None
+    assert baseline.complaint(row(1 / worse, better=better, drift=2.0), before) is None
+    complaint = baseline.complaint(row(worse, better=better, drift=2.0), before)
+    assert complaint is not None
+    assert "3.0 times worse" in complaint
+
+
+def test_a_slower_machine_drifts_nowhere():
+    before = baseline_of(row(1.0))
+    assert baseline.complaint(row(50.0, peer=50.0, drift=1.1), before) is None
+
+
+def test_a_limit_holds_whatever_the_baseline_says():
+    lossy = row(0.5, peer=None, limit=0.0)
+    complaint = baseline.complaint(lossy, baseline_of(lossy))
+    assert complaint is not None
+    assert "allowed is 0" in complaint
+
+
+def test_a_row_without_a_baseline_is_a_complaint():
+    complaint = baseline.complaint(row(1.0), {})
+    assert complaint is not None
+    assert "--bless" in complaint
+
+
+def test_the_version_of_a_peer_is_no_part_of_the_key():
+    assert row(1.0).key == "a, b, beside other"
+
+
+@pytest.mark.parametrize("q", [0.5, 0.99])
+def test_intervals_hold_the_true_quantile_in_nineteen_of_twenty_cases(q: float):
+    rng = np.random.default_rng(0)
+    drawn = rng.uniform(size=(400, 500))
+    intervals = [quantile_interval(samples, q) for samples in drawn]
+    assert np.mean([low <= q <= high for low, high in intervals]) >= 0.92
+    assert all(
+        low <= quantile(samples, q) <= high
+        for samples, (low, high) in zip(drawn, intervals, strict=True)
+    )
