@@ -12,28 +12,12 @@ from schemas import topics
 from schemas.health import Tick
 from schemas.run import RunConfig
 from schemas.topics import Handlers, Output, Topic
+from services.process_table import process_named
 from web.app import App
 from web.requests import message_for
 from web.view_model import ViewModel
 
-_displayed: tuple[Topic[Any], ...] = (
-    topics.STOP,
-    topics.ODOMETRY,
-    topics.JOINT_STATE,
-    topics.SCAN,
-    topics.RGBD,
-    topics.INSTRUCTION,
-    topics.ANNOTATIONS,
-    topics.DETECTIONS,
-    topics.GRID,
-    topics.BELIEF,
-    topics.DECISION,
-    topics.GOAL,
-    topics.GOAL_STATUS,
-    topics.INSTRUCTION_STATUS,
-    topics.FAULT,
-    topics.SYSTEM_STATUS,
-)
+_displayed = tuple(topic for topic in process_named("web").listens if topic is not topics.TICK)
 
 
 class WebNode:

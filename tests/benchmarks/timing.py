@@ -1,7 +1,9 @@
 """Taking turns: whatever else loads the machine loads all contenders alike."""
 
+import gc
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -24,15 +26,34 @@ def repeats_for(call: Call, block_s: float = 0.002) -> int:
 
 
 def interleaved(calls: Mapping[str, Call], rounds: int) -> dict[str, Samples]:
-    """Seconds per call of each contender, one block a round, each round begun by another."""
+    """Seconds per call of each contender, one block a round, each round begun by another.
+
+    Garbage is collected between the rounds: within, one contender would pay for another's heap.
+    """
     repeats = {name: repeats_for(call) for name, call in calls.items()}
     spent: dict[str, list[float]] = {name: [] for name in calls}
     names = list(calls)
     for number in range(rounds):
-        start = number % len(names)
-        for name in (*names[start:], *names[:start]):
-            spent[name].append(_block(calls[name], repeats[name]))
+        with _without_collection():
+            for name in turned(names, number):
+                spent[name].append(_block(calls[name], repeats[name]))
     return {name: np.array(times) for name, times in spent.items()}
+
+
+def turned(names: Sequence[str], number: int) -> Sequence[str]:
+    """The same names, begun with another one in every round."""
+    start = number % len(names)
+    return [*names[start:], *names[:start]]
+
+
+@contextmanager
+def _without_collection() -> Generator[None]:
+    gc.collect()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
 
 
 def _block(call: Call, repeats: int) -> float:

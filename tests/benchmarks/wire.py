@@ -33,7 +33,7 @@ from tests.benchmarks.links import (
     number_of,
 )
 from tests.benchmarks.rows import Peer, Row, Samples, compared
-from tests.benchmarks.timing import seconds
+from tests.benchmarks.timing import seconds, turned
 
 SOCKET = "socket pair"
 ICEORYX = f"iceoryx2 {version('iceoryx2')}"
@@ -131,8 +131,7 @@ def _round_trips(links: Mapping[str, Link], size: str, rounds: int) -> dict[str,
     spent: dict[str, list[float]] = {name: [] for name in links}
     names = list(links)
     for number in range(rounds):
-        start = number % len(names)
-        for name in (*names[start:], *names[:start]):
+        for name in turned(names, number):
             for turn in range(_turns[size]):
                 frame = frame_of(100 + number * _turns[size] + turn, SIZES[size])
                 spent[name].append(seconds(lambda f=frame, n=name: _lost(links[n], f, _patience_s)))
