@@ -53,6 +53,9 @@ def configuration(
         "transport/link/tx/lease": 2000,
         # The default of 1 ms drops small messages behind a picture whenever a core is busy.
         "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 20_000,
+        # Room for a burst of commands, goals and events while this process gets no core.
+        "transport/link/tx/queue/size/real_time": 16,
+        "transport/link/tx/queue/size/data_high": 16,
     }
     for key, value in settings.items():
         config.insert_json5(key, json.dumps(value))

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -54,14 +55,14 @@ def _ready_s(*options: str) -> float:
             cwd=folder,
             env={**os.environ, "PYTHONPATH": str(_root)},
             stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
+            stderr=subprocess.STDOUT,
             text=True,
         )
         assert system.stdout is not None
         try:
-            ready = any(line.startswith("ready:") for line in system.stdout)
+            said = list(_until_ready(system.stdout))
             elapsed = time.perf_counter() - started
-            assert ready, "ended before it was ready"
+            assert said[-1:] == ["ready"], "ended before it was ready:\n" + "".join(said)
         finally:
             system.send_signal(signal.SIGINT)
             try:
@@ -70,3 +71,12 @@ def _ready_s(*options: str) -> float:
                 system.kill()
                 system.stdout.close()
     return elapsed
+
+
+def _until_ready(lines: Iterable[str]) -> Iterator[str]:
+    """What a system says; the last one is "ready" if it got so far."""
+    for line in lines:
+        if line.startswith("ready:"):
+            yield "ready"
+            return
+        yield line

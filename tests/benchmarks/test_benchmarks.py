@@ -4,6 +4,7 @@ Times of a busy machine mean little, so only ratios within one run count here, a
 how far its ratio may drift. What is no speed, such as a loss, has a limit of its own.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 
@@ -33,6 +34,7 @@ SHORT = (
     Short("detector", 15),
     Short("startup", 1),
 )
+MORE_ATTEMPTS = 2
 
 
 @pytest.fixture(scope="module")
@@ -58,10 +60,33 @@ def test_no_figure_drifted_from_the_baseline(
 ) -> None:
     if short.name in DRAWING and why_nothing_can_be_drawn:
         pytest.skip(why_nothing_can_be_drawn)
-    rows: list[Row] = import_module(f"tests.benchmarks.{short.name}").measure(short.rounds)
-    complaints = [text for row in rows if (text := baseline.complaint(row, blessed))]
+    measure: Callable[[int], list[Row]] = import_module(f"tests.benchmarks.{short.name}").measure
+    complaints, rows = lasting_complaints(lambda: measure(short.rounds), blessed)
     assert rows
-    assert not complaints, "\n".join([*complaints, table(rows, blessed)])
+    assert not complaints, "\n".join([*complaints.values(), table(rows, blessed)])
+
+
+def lasting_complaints(
+    measure: Callable[[], list[Row]], blessed: baseline.Baseline
+) -> tuple[dict[str, str], list[Row]]:
+    """What is wrong every time, by key, and the last rows.
+
+    While others take all cores for a moment, a message waits or is dropped; a worse program is
+    worse each time.
+    """
+    rows = measure()
+    lasting = complaints_by_key(rows, blessed)
+    for _ in range(MORE_ATTEMPTS):
+        if not lasting:
+            break
+        rows = measure()
+        again = complaints_by_key(rows, blessed)
+        lasting = {key: text for key, text in again.items() if key in lasting}
+    return lasting, rows
+
+
+def complaints_by_key(rows: list[Row], blessed: baseline.Baseline) -> dict[str, str]:
+    return {row.key: text for row in rows if (text := baseline.complaint(row, blessed))}
 
 
 def row(ours: float, *, peer: float | None = 1.0, better: str = "lower", **more: float) -> Row:
@@ -107,6 +132,14 @@ def test_a_row_without_a_baseline_is_a_complaint():
     complaint = baseline.complaint(row(1.0), {})
     assert complaint is not None
     assert "--bless" in complaint
+
+
+def test_what_is_wrong_once_is_forgiven_and_what_is_wrong_each_time_is_not():
+    before = baseline_of(row(1.0))
+    good, bad = [row(1.0, drift=2.0)], [row(9.0, drift=2.0)]
+    recovering, worse = iter([bad, bad, good]), iter([bad] * 3)
+    assert not lasting_complaints(lambda: next(recovering), before)[0]
+    assert lasting_complaints(lambda: next(worse), before)[0].keys() == before.keys()
 
 
 def test_the_version_of_a_peer_is_no_part_of_the_key():
