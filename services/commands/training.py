@@ -8,10 +8,10 @@ import tyro
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from schemas.errors import MissingComponentError
-from services.commands.output import print_json
+from schemas.errors import MissingComponentError, UserError
+from services.commands.output import print_json, print_table
 
-FRAMES = {"train": (3000, 0), "val": (300, 1)}
+FRAMES = {"train": (10_000, 0), "val": (300, 1)}
 """Rendered pictures and seed of each part of the detector's data."""
 
 
@@ -19,8 +19,11 @@ def train(
     what: Annotated[Literal["grounding", "detector"], tyro.conf.Positional],
     robot: str = "husky",
     data: Path = Path("runs/detector-data"),
-    epochs: int = 12,
+    epochs: int = 8,
     minutes: float | None = None,
+    check: Path | None = None,
+    annotate: Path | None = None,
+    like: str | None = None,
     json: bool = False,
 ) -> int:
     """Train from our own data; writes the weights and a report with held-out figures.
@@ -31,15 +34,34 @@ def train(
         data: folder for rendered pictures (detector); made if it is not there, resumed if it is.
         epochs: passes over the pictures in all (detector).
         minutes: ends this call early (detector); called again, it goes on from where it was.
+        check: corpus file to check instead of training (grounding).
+        annotate: file of sentences, one a line, to print in corpus format for correction instead
+            of training (grounding); - reads them from stdin.
+        like: robot whose weights propose annotations where this one has none yet (grounding).
         json: one JSON document on stdout.
     """
+    if check is not None or annotate is not None or like is not None:
+        from services.commands import corpus
+
+        if what != "grounding":
+            raise UserError(f"--check, --annotate and --like are for grounding, not {what}")
+        return corpus.run(robot, check, annotate, like, json)
     report = _grounding(robot) if what == "grounding" else _detector(data, epochs, minutes)
     if json:
         print_json(report)
     else:
-        for name, value in report.items():
-            print(f"{name}: {value}")
+        _print(report)
     return 0
+
+
+def _print(report: dict[str, Any]) -> None:
+    tables = {name: report.pop(name) for name in ("reliability", "confusion") if name in report}
+    for name, value in report.items():
+        print(f"{name}: {value}")
+    for name, rows in tables.items():
+        print(f"{name} on held-out sentences:{'' if rows else ' none'}")
+        if rows:
+            print_table(tuple(rows[0]), [tuple(row.values()) for row in rows])
 
 
 def _bar() -> Progress:
@@ -53,6 +75,7 @@ def _bar() -> Progress:
 
 
 def _grounding(robot: str) -> dict[str, Any]:
+    from services.commands import corpus
     from services.grounding.training.train import train_grounding
 
     with _bar() as bar:
@@ -61,7 +84,8 @@ def _grounding(robot: str) -> dict[str, Any]:
         def progress(doing: str, share: float) -> None:
             bar.update(task, description=doing, completed=share)
 
-        return train_grounding(robot, progress)
+        report = train_grounding(robot, progress)
+    return report | corpus.evaluation(robot)
 
 
 def _detector(data: Path, epochs: int, minutes: float | None) -> dict[str, Any]:

@@ -9,6 +9,8 @@ from services.perception.training.evaluation import (
     average_precision,
     class_precisions,
     matches,
+    near_only,
+    near_side,
     outcomes,
     overlap_matrix,
 )
@@ -75,3 +77,12 @@ def test_outcomes_name_what_each_box_is_on():
     assert scores.tolist() == [0.9, 0.5]
     assert on_object.tolist() == [True, False]
     assert classes.tolist() == [0, -1]
+
+
+def test_small_objects_and_boxes_on_them_are_not_asked_for():
+    small, large = [0, 0, 10, near_side - 1], [50, 0, 70, near_side + 10]
+    around_small = [0, 0, 10, near_side + 1]
+    boxes = found(np.array([large, around_small, small]), [0, 1, 2], [0.9, 0.8, 0.7])
+    near = near_only(Labelled(boxes, np.array([small, large]), np.array([1, 0])))
+    assert near.true_classes.tolist() == [0]
+    assert near.found.corners_px.tolist() == [large]

@@ -9,8 +9,8 @@ from services.perception.detector import Boxes
 
 overlap_thresholds: tuple[float, ...] = tuple(np.arange(0.5, 0.96, 0.05).round(2).tolist())
 
-near_side = 20.0
-"""Longer side from which an object counts as near [px]: a hydrant at 8 m."""
+near_side = 24.0
+"""Longer side from which an object counts as near [px]: a hydrant at 7 m, the end of the depth."""
 
 
 @dataclass(frozen=True)
