@@ -1,8 +1,11 @@
 """The robots there are."""
 
+from dataclasses import replace
+
 from robots.husky.spec import HUSKY
 from robots.spec import RobotSpec
 from schemas.errors import UserError
+from schemas.run import RunConfig
 
 ROBOTS: dict[str, RobotSpec] = {spec.name: spec for spec in (HUSKY,)}
 
@@ -20,3 +23,25 @@ def get_robot(name: str) -> RobotSpec:
     if name not in ROBOTS:
         raise UnknownRobotError(f"unknown robot {name!r}; robots are: {', '.join(ROBOTS)}")
     return ROBOTS[name]
+
+
+def robot_of(run: RunConfig) -> RobotSpec:
+    """The robot of a run, with the field of view that the run gives it.
+
+    A field of view that is given is sharp to its rim and begins at the robot, as the paper's.
+
+    Raises:
+        UnknownRobotError: no robot has that name.
+    """
+    spec = get_robot(run.robot)
+    if not run.view_range_m:
+        return spec
+    camera = replace(
+        spec.camera,
+        horizontal_fov=run.view_fov_rad,
+        range_max=run.view_range_m,
+        near=0.0,
+        sharp_share=1.0,
+        blind_share=1.02,
+    )
+    return replace(spec, camera=camera)

@@ -61,6 +61,12 @@ class CameraSpec:
     range_max: float
     """Depth beyond this is not trusted [m]."""
     base_from_camera: Pose3
+    near: float = 1.0
+    """Low objects that are closer are below the picture [m]."""
+    sharp_share: float = 0.6
+    """Share of `range_max` up to which objects are found as surely as they ever are."""
+    blind_share: float = 1.2
+    """Share of `range_max` beyond which none is found."""
 
 
 @dataclass(frozen=True)

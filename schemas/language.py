@@ -18,6 +18,28 @@ class Instruction(Struct, frozen=True, kw_only=True):
     """Who sent it: "cli", "web:2", ..."""
 
 
+class Answer(Struct, frozen=True, kw_only=True):
+    """What a person answers to the open question of an instruction."""
+
+    stamp_ns: int
+    instruction_id: str
+    """As in the question's `Annotations`; "" for whichever question is open."""
+    text: str
+    source: str
+    """Who sent it: "cli", "web:2", ..."""
+
+
+class Utterance(Struct, frozen=True, array_like=True):
+    """One thing that was said, with the questions about it that were answered."""
+
+    instruction_id: str
+    text: str
+    revises: str
+    """Id of the instruction that it was said about, "" where it stands on its own."""
+    answers: tuple[tuple[str, str], ...]
+    """(question, answer), in order."""
+
+
 class Relation(Struct, frozen=True, array_like=True):
     """A relation between classes, gamma with figure, relation and landmark."""
 
@@ -59,12 +81,24 @@ class Annotations(Struct, frozen=True, kw_only=True):
     """Bracketed best tree."""
     parse_probability: float
     annotations: tuple[Annotation, ...]
+    """Joint with what other utterances and answers say about the same things."""
     behaviors: tuple[BehaviorSymbol, ...]
     """Behaviours in the map that the best annotations imply."""
     unknown_words: tuple[str, ...]
     question: str | None
+    """Open question; where `understood` is False, nothing is done before it is answered."""
     possible: tuple[str, ...]
     """What can be said, shown when `understood` is False."""
+    options: tuple[str, ...] = ()
+    """Short answers to the question, likeliest first; empty where it is an open one."""
+    revision: int = 0
+    """Counts up when answers, corrections or extra information change one instruction."""
+    revises: str = ""
+    """Instruction that this utterance is about; a revision of that one carries its evidence."""
+    viewpoint: str = ""
+    """Id of the utterance at whose moment the relations hold, "" for this one."""
+    said: tuple[Utterance, ...] = ()
+    """The conversation so far, oldest first: what grounding takes up after a restart."""
 
 
 class Behaviors(Struct, frozen=True, kw_only=True):

@@ -15,6 +15,10 @@ class RunConfig(Struct, frozen=True, kw_only=True):
     """Isolates parallel runs from one another."""
     start_ns: int = 0
     """Time at which the run began, since the epoch; 0 in lockstep."""
+    view_range_m: float = 0.0
+    """Radius of the field of view that an experiment gives the robot; 0 is its own camera's."""
+    view_fov_rad: float = 0.0
+    """Width of that field of view; not used while `view_range_m` is 0."""
     web_port: int = 8080
     web_token: str = ""
     """Secret in the page's address; "" lets the page make one up. Never recorded."""

@@ -10,7 +10,7 @@ from msgspec import Struct
 from schemas.belief import MapBelief, OccupancyGrid
 from schemas.errors import UserError
 from schemas.health import Fault, Heartbeat, StatusRequest, SystemStatus, Tick
-from schemas.language import Annotations, Behaviors, Instruction
+from schemas.language import Annotations, Answer, Behaviors, Instruction
 from schemas.motion import BaseCommand, DriverCheckpoint, StopLatch
 from schemas.perception import Detections
 from schemas.sensing import JointState, LaserScan, Odometry, RgbdFrame
@@ -85,6 +85,7 @@ RGBD = Topic("camera/rgbd", RgbdFrame, _latest, 5, rank=6)
 DRIVER_CHECKPOINT = Topic("driver/checkpoint", DriverCheckpoint, _latest, 5, rank=7, keep_last=True)
 INSTRUCTION = Topic("instruction", Instruction, _never, 0, rank=10, keep_last=True)
 CANCEL = Topic("cancel", CancelRequest, _never, 0, rank=11)
+ANSWER = Topic("answer", Answer, _never, 0, rank=9)
 ANNOTATIONS = Topic("annotations", Annotations, _never, 0, rank=12, keep_last=True)
 DETECTIONS = Topic("detections", Detections, _latest, 5, rank=13)
 GRID = Topic("map/grid", OccupancyGrid, _latest, 2, rank=14, keep_last=True)
@@ -110,6 +111,7 @@ ALL_TOPICS: tuple[Topic[Any], ...] = (
     RGBD,
     DRIVER_CHECKPOINT,
     INSTRUCTION,
+    ANSWER,
     CANCEL,
     ANNOTATIONS,
     DETECTIONS,

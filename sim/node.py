@@ -35,9 +35,11 @@ class RobotNode:
     slow to simulate in real time gets a slow robot, not one that jumps to catch up.
     """
 
-    def __init__(self, run: RunConfig, rng: np.random.Generator) -> None:
+    def __init__(
+        self, run: RunConfig, rng: np.random.Generator, driver: RobotDriver | None = None
+    ) -> None:
         del rng  # The driver draws from the run's seed, so that a restart repeats its noise.
-        self._driver = open_driver(run)
+        self._driver = driver or open_driver(run)
         self._offset_ns: int | None = None
         self._checkpoint_due_ns = 0
 

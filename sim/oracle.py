@@ -60,9 +60,9 @@ class Oracle:
         """From the robot's footprint to the nearest obstacle [m]; 0 when they touch."""
         here = self.world_from_base
         half_length, half_width = self.base.length / 2, self.base.width / 2
-        body = shapely.box(-half_length, -half_width, half_length, half_width)
+        body = _moved(shapely.box(-half_length, -half_width, half_length, half_width), here)
         outlines = [footprint(placed) for placed in self.objects]
-        return min((_moved(body, here).distance(outline) for outline in outlines), default=math.inf)
+        return min((body.distance(outline) for outline in outlines), default=math.inf)
 
     def shortest_path_length(self, object_id: str, stop_at: float = 1.0) -> float:
         """Shortest drive from the start to within `stop_at` of an object's middle [m].

@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from sim.scenes.hydrant import make_hydrant, make_two_hydrants
 from sim.scenes.model import World, WorldError, load_world
+from sim.scenes.object_relative import LAYOUTS, make_object_relative
+
+
+def _summary(draw: Callable[..., object]) -> str:
+    first_line = (draw.__doc__ or "").partition("\n")[0]
+    return f"{first_line.rstrip('.').lower()}, and nothing else"
+
 
 GENERATORS: dict[str, tuple[str, Callable[[int], World]]] = {
     "hydrant": ("a hydrant behind a cone, both out of sight, among street clutter", make_hydrant),
     "two_hydrants": ("as hydrant, with a second hydrant elsewhere", make_two_hydrants),
+    **{
+        draw.__name__: (_summary(draw), partial(make_object_relative, draw.__name__))
+        for draw in LAYOUTS
+    },
 }
 
 

@@ -61,6 +61,7 @@ class App:
         switches = self._map.switches() | {"Laser": self._robot.laser_frame}
         self._panels = Panels(self.server, self.inbox, switches)
         self.server.on_client_connect(self._panels.greet)
+        self.server.on_client_disconnect(self._panels.leave)
         if self.port != self._asked_port or self._token_is_new:
             print(f"web: page at {self.address}", file=sys.stderr)
 

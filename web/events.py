@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from schemas.belief import MapBelief
 from schemas.health import Fault, ServiceState, SystemStatus
-from schemas.language import Annotations, Instruction
+from schemas.language import Annotations, Answer, Instruction
 from schemas.motion import StopLatch
 from schemas.task import Decision, Goal, GoalStatus, InstructionStatus, TaskState
 from web.belief_model import observed
@@ -52,11 +52,8 @@ class EventLog:
 def _events(message: Struct) -> Iterator[tuple[str, Event]]:
     """Events with what they are about; of one subject only a change is an event."""
     match message:
-        case Instruction():
-            yield f"said {message.id}", Event(message.stamp_ns, "said", f"you: {message.text}")
-        case Annotations():
-            subject = f"understood {message.instruction_id}"
-            yield subject, Event(message.stamp_ns, "understood", _understanding(message))
+        case Instruction() | Answer() | Annotations():
+            yield from _conversation(message)
         case Decision():
             yield "decision", Event(message.stamp_ns, "decided", _without_figures(message.reason))
         case Goal():
@@ -81,6 +78,24 @@ def _events(message: Struct) -> Iterator[tuple[str, Event]]:
             yield from _service_events(message)
         case _:
             pass
+
+
+def _conversation(
+    message: Instruction | Answer | Annotations,
+) -> Iterator[tuple[str, Event]]:
+    match message:
+        case Instruction():
+            yield f"said {message.id}", Event(message.stamp_ns, "said", f"you: {message.text}")
+        case Answer():
+            said = f"you: {message.text}"
+            yield f"answered {message.stamp_ns}", Event(message.stamp_ns, "said", said)
+        case Annotations():
+            name = message.instruction_id
+            told = Event(message.stamp_ns, "understood", _understanding(message))
+            yield f"understood {name}", told
+            if message.question:
+                asked = Event(message.stamp_ns, "understood", f"robot: {message.question}")
+                yield f"asked {name}", asked
 
 
 def _understanding(annotations: Annotations) -> str:

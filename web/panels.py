@@ -12,6 +12,7 @@ from schemas.geometry import Pose2
 from web import reports
 from web.camera_view import annotated
 from web.colours import BLUE, css
+from web.question_box import QuestionBox
 from web.requests import LONGEST_INSTRUCTION, Cancel, Inbox, Release, Say, Stop, means_stop
 from web.understood import understood_html
 from web.view_model import ViewModel
@@ -43,6 +44,7 @@ class Panels:
 
     def greet(self, client: viser.ClientHandle) -> None:
         """Give a browser its own instruction form: a shared one would show what others type."""
+        self._question.greet(client)
         gui, number = client.gui, client.client_id
         with gui.add_form(None, order=3) as form:
             text = gui.add_text("Say", "", hint="Enter sends")
@@ -60,6 +62,10 @@ class Panels:
             elif said:
                 self._inbox.put(Say(said, number))
 
+    def leave(self, client: viser.ClientHandle) -> None:
+        """Forget a browser that has gone."""
+        self._question.leave(client)
+
     def _look(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
         """Move the camera of the one who asked."""
         if event.client is None:
@@ -74,6 +80,7 @@ class Panels:
         self._map_from_base = view.map_from_base
         self._release.visible = view.stopped
         self._cancel.visible = view.active
+        self._question.show(view.asked)
         self._show_words(view)
         self._show_picture(view)
         if view.now_ns - self._slow_ns >= _slow_period_ns:
@@ -90,6 +97,7 @@ class Panels:
         self._release.on_click(lambda event: self._inbox.put(Release(event.client_id or 0)))
         self._cancel = gui.add_button("Cancel instruction", order=4, color="gray", visible=False)
         self._cancel.on_click(lambda event: self._inbox.put(Cancel(event.client_id or 0)))
+        self._question = QuestionBox(gui, self._inbox)
         tabs = gui.add_tab_group(order=5)
         with tabs.add_tab("Understood", viser.Icon.MESSAGE):
             self._understood = gui.add_html("")

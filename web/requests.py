@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 
 from schemas import topics
-from schemas.language import Instruction
+from schemas.language import Answer, Instruction
 from schemas.motion import StopLatch
 from schemas.task import CancelRequest
 from schemas.topics import Output
@@ -19,6 +19,15 @@ class Say:
     """Somebody typed an instruction."""
 
     text: str
+    client: int
+
+
+@dataclass(frozen=True)
+class Reply:
+    """Somebody answered the open question of an instruction."""
+
+    text: str
+    instruction_id: str
     client: int
 
 
@@ -43,7 +52,7 @@ class Cancel:
     client: int
 
 
-Wish = Say | Stop | Release | Cancel
+Wish = Say | Reply | Stop | Release | Cancel
 
 
 class Inbox:
@@ -81,6 +90,8 @@ def message_for(wish: Wish, stamp_ns: int) -> Output | None:
             return topics.CANCEL.of(CancelRequest(stamp_ns=stamp_ns, source=source))
         case Say():
             return _said(wish, stamp_ns, source)
+        case Reply():
+            return _replied(wish, stamp_ns, source)
 
 
 def means_stop(text: str) -> bool:
@@ -96,3 +107,16 @@ def _said(say: Say, stamp_ns: int, source: str) -> Output | None:
         return None
     instruction = Instruction(stamp_ns=stamp_ns, id=f"web-{stamp_ns}", text=text, source=source)
     return topics.INSTRUCTION.of(instruction)
+
+
+def _replied(reply: Reply, stamp_ns: int, source: str) -> Output:
+    if means_stop(reply.text):
+        return topics.STOP.of(StopLatch(stamp_ns=stamp_ns, stopped=True, source=source))
+    return topics.ANSWER.of(
+        Answer(
+            stamp_ns=stamp_ns,
+            instruction_id=reply.instruction_id,
+            text=reply.text,
+            source=source,
+        )
+    )

@@ -33,9 +33,10 @@ def understood_html(
     """
     if instruction is None and annotations is None:
         return markup.padded(markup.paragraph(_nobody_said))
-    if instruction and annotations and annotations.instruction_id != instruction.id:
+    if instruction and annotations and _is_older(annotations, instruction):
         annotations = None
-    if instruction and status and status.instruction_id != instruction.id:
+    about = annotations.instruction_id if annotations else instruction.id if instruction else ""
+    if status and status.instruction_id != about:
         status = None
     parts: list[str] = []
     if status:
@@ -48,6 +49,12 @@ def understood_html(
         parts += [markup.heading("You said"), markup.paragraph(instruction.text)]
         parts.append(markup.paragraph("Trying to understand it …", markup.QUIET))
     return markup.padded(*parts)
+
+
+def _is_older(annotations: Annotations, instruction: Instruction) -> bool:
+    """Whether they were made before it was said; it may also have revised an earlier one."""
+    same = annotations.instruction_id == instruction.id
+    return not same and annotations.stamp_ns < instruction.stamp_ns
 
 
 def _is_news(decision: Decision, status: InstructionStatus) -> bool:

@@ -9,9 +9,10 @@ from msgspec import Struct
 from schemas import topics
 from schemas.geometry import Pose2
 from schemas.health import SystemStatus
+from schemas.language import Annotations
 from schemas.perception import Detections
 from schemas.sensing import RgbdFrame
-from schemas.task import TaskState
+from schemas.task import InstructionStatus, TaskState
 from schemas.topics import Topic
 from web.events import EventLog
 
@@ -38,6 +39,7 @@ class ViewModel:
         self._stamps: dict[str, int] = {}
         self._periods: dict[str, float] = {}
         self._service_rates: dict[str, float] = {}
+        self._ended: set[str] = set()
         self._frames: deque[RgbdFrame] = deque(maxlen=6)
 
     def put(self, topic: Topic[T], message: T) -> None:
@@ -47,6 +49,8 @@ class ViewModel:
             self._measure_services(message)
         self._newest[topic.key] = message
         self._measure(topic, cast(_Stamped, message).stamp_ns)
+        if isinstance(message, InstructionStatus) and message.state is not TaskState.ACTIVE:
+            self._ended.add(message.instruction_id)
         if isinstance(message, RgbdFrame):
             self._frames.append(message)
 
@@ -98,6 +102,14 @@ class ViewModel:
         """Whether an instruction is being followed."""
         status = self.get(topics.INSTRUCTION_STATUS)
         return status is not None and status.state is TaskState.ACTIVE
+
+    @property
+    def asked(self) -> Annotations | None:
+        """The instruction with the open question, if there is one."""
+        newest = self.get(topics.ANNOTATIONS)
+        if newest is None or not newest.question or newest.instruction_id in self._ended:
+            return None
+        return newest
 
     @property
     def map_from_odom(self) -> Pose2:

@@ -11,7 +11,7 @@ from schemas.task import InstructionStatus
 from services.commands import exit_codes
 from services.commands.output import print_json
 
-Arm = Literal["ours"]
+Arm = Literal["ours", "known", "without_language", "frontier"]
 
 
 def episode(
@@ -56,8 +56,7 @@ def episode(
             doing = status.reason if status else "listening"
             bar.update(task, description=f"{seconds:5.0f} s simulated: {doing}")
 
-        result = run_episode(run, say, log, progress)
-    result["arm"] = arm
+        result = run_episode(run, say, log, progress, arm)
     if json:
         print_json(result)
     else:

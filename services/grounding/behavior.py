@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from services.grounding.spatial import GAP, ROBOT_GAP, Placement, is_unbounded, truth, viewer_frame
+from services.grounding.spatial import Placement, is_unbounded, truth, viewer_frame
 from services.grounding.symbols import ROBOT
 from services.grounding.understanding import UNKNOWN, Intent
 from services.grounding.world import WorldObjects
@@ -40,8 +40,10 @@ PAIR_FEATURES = (
     "hypothesised",
 )
 _COLUMN = {name: at for at, name in enumerate(PAIR_FEATURES)}
-_ROBOT_EXTENT = 1.0
-"""Edge of the robot's own bounding box as a landmark [m]."""
+_ROBOT_HALF = 0.5
+"""Half edge of the robot's own bounding box [m]."""
+_ELONGATED = 1.5
+"""A box whose edges have at least this ratio has a long axis."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +52,8 @@ class Objects:
 
     classes: Ints
     positions: Floats
-    half_edges: Floats
-    """Mean horizontal half edge [m] (M,)."""
+    half_extents: Floats
+    """Horizontal half edges of the boxes, along world x and y [m] (M, 2)."""
     observed: NDArray[np.bool_]
     world: Ints
     """Hypothesis of each row (M,)."""
@@ -64,11 +66,10 @@ class Objects:
     def join(cls, worlds: Sequence[WorldObjects]) -> "Objects":
         """Puts the columns of all hypotheses below one another."""
         counts = np.array([len(world.classes) for world in worlds], dtype=np.int64)
-        extents = np.concatenate([world.extents for world in worlds])
         return cls(
             classes=np.concatenate([world.classes for world in worlds]),
             positions=np.concatenate([world.positions for world in worlds])[:, :2],
-            half_edges=0.25 * (extents[:, 0] + extents[:, 1]),
+            half_extents=0.5 * np.concatenate([world.extents[:, :2] for world in worlds]),
             observed=np.concatenate([world.observed for world in worlds]),
             world=np.repeat(np.arange(len(worlds)), counts),
             starts=np.cumsum(counts) - counts,
@@ -115,27 +116,44 @@ def _index(name: str, names: Sequence[str]) -> int:
 def place(intent: Intent, pairs: Pairs, objects: Objects) -> Placement:
     """Figures against their landmarks in the viewer's frame; the robot stands at the viewer."""
     viewer = objects.viewers[pairs.world]
-    figure = _positions(pairs.figure, viewer, objects)
-    landmark = _positions(pairs.landmark, viewer, objects)
+    landmark = _rows(pairs.landmark, viewer[:, :2], objects.positions)
+    offset = _rows(pairs.figure, viewer[:, :2], objects.positions) - landmark
+    of_robot = intent.landmark == ROBOT
     heading = np.stack([np.cos(viewer[:, 2]), np.sin(viewer[:, 2])], axis=1)
-    sight = np.where((pairs.landmark == NONE)[:, None], heading, landmark - viewer[:, :2])
-    along, across = viewer_frame(figure - landmark, sight)
-    figure_half, landmark_half = _half(pairs.figure, objects), _half(pairs.landmark, objects)
-    gap = np.where(intent.landmark == ROBOT, ROBOT_GAP, np.full(len(along), GAP))
-    touch = figure_half + landmark_half
-    return Placement(along, across, touch, gap, landmark_half - figure_half)
+    sight = landmark - viewer[:, :2]
+    sight = np.where((pairs.landmark == NONE)[:, None], heading, sight)
+    along, across = viewer_frame(offset, sight)
+    robot = np.full((len(offset), 2), _ROBOT_HALF)
+    figure_half = _rows(pairs.figure, robot, objects.half_extents)
+    landmark_half = _rows(pairs.landmark, robot, objects.half_extents)
+    axis_along, axis_across = viewer_frame(offset, _axis(landmark_half, sight))
+    return Placement(
+        along=-along if of_robot else along,
+        across=across,
+        touch=0.5 * (figure_half + landmark_half).sum(axis=1),
+        of_robot=of_robot,
+        sight=np.hypot(sight[:, 0], sight[:, 1]),
+        axis_along=axis_along,
+        axis_across=axis_across,
+        margin=(landmark_half - np.abs(offset)).min(axis=1),
+        area=4.0 * landmark_half[:, 0] * landmark_half[:, 1],
+    )
 
 
-def _positions(rows: Ints, viewer: Floats, objects: Objects) -> Floats:
-    if not len(objects.positions):
-        return viewer[:, :2]
-    return np.where((rows == NONE)[:, None], viewer[:, :2], objects.positions[rows])
+def _rows(rows: Ints, robot: Floats, columns: Floats) -> Floats:
+    """Rows of an object column, with the robot's own where there is no object (P, 2)."""
+    if not len(columns):
+        return robot
+    absent = rows == NONE
+    return np.where(absent[:, None], robot, columns[rows]) if absent.any() else columns[rows]
 
 
-def _half(rows: Ints, objects: Objects) -> Floats:
-    if not len(objects.half_edges):
-        return np.full(len(rows), 0.5 * _ROBOT_EXTENT)
-    return np.where(rows == NONE, 0.5 * _ROBOT_EXTENT, objects.half_edges[rows])
+def _axis(half: Floats, sight: Floats) -> Floats:
+    """Direction of the landmarks' long axes away from the viewer, of sight where they have none."""
+    long_x, long_y = half[:, 0] > _ELONGATED * half[:, 1], half[:, 1] > _ELONGATED * half[:, 0]
+    x = np.where(long_y, 0.0, np.where(long_x, np.copysign(1.0, sight[:, 0]), sight[:, 0]))
+    y = np.where(long_x, 0.0, np.where(long_y, np.copysign(1.0, sight[:, 1]), sight[:, 1]))
+    return np.stack([x, y], axis=1)
 
 
 def features(intent: Intent, pairs: Pairs, objects: Objects) -> NDArray[np.bool_]:
@@ -150,7 +168,7 @@ def features(intent: Intent, pairs: Pairs, objects: Objects) -> NDArray[np.bool_
     elif intent.relation == UNKNOWN:
         table[~missing, _COLUMN["no relation"]] = True
     elif intent.comparative:
-        rank = np.minimum(_ranks(pairs, place(intent, pairs, objects)), 2)
+        rank = np.minimum(_ranks(pairs, measure(intent.relation, place(intent, pairs, objects))), 2)
         columns = _COLUMN["nearest"] + rank
         table[rows[~missing], columns[~missing]] = True
     else:
@@ -178,9 +196,21 @@ def _describe_sought(table: NDArray[np.bool_], pairs: Pairs, objects: Objects) -
     table[found, _COLUMN["hypothesised"]] = ~objects.observed[sought[found]]
 
 
-def _ranks(pairs: Pairs, placement: Placement) -> Ints:
-    """Rank by distance of each figure among the figures of its hypothesis and landmark."""
-    order = np.lexsort((placement.distance, pairs.landmark, pairs.world))
+def measure(relation: str, placement: Placement) -> Floats:
+    """What a superlative makes smallest: "nearest" the distance, "leftmost" how far right (P,)."""
+    return {
+        "away": -placement.distance,
+        "left": -placement.across,
+        "right": placement.across,
+        "front": placement.along,
+        "back": -placement.along,
+        "behind": -placement.along,
+    }.get(relation, placement.distance)
+
+
+def _ranks(pairs: Pairs, measured: Floats) -> Ints:
+    """Rank by a measure of each figure among the figures of its hypothesis and landmark."""
+    order = np.lexsort((measured, pairs.landmark, pairs.world))
     group = np.stack([pairs.world, pairs.landmark])[:, order]
     first = np.ones(len(order), dtype=np.bool_)
     first[1:] = (group[:, 1:] != group[:, :-1]).any(axis=0)
@@ -203,3 +233,18 @@ def pair_probabilities(logits: Floats, world: Ints, worlds: int) -> tuple[Floats
     totals: Floats = np.bincount(world, weights=odds, minlength=worlds).astype(np.float64)
     none: Floats = 1.0 / (1.0 + totals)
     return odds * none[world], none
+
+
+def most_probable(probabilities: Floats, world: Ints, count: int) -> Ints:
+    """Rows of the `count` most probable pairs of each hypothesis, hypothesis by hypothesis.
+
+    Args:
+        probabilities: of every pair (P,).
+        world: hypothesis of every pair, ascending (P,).
+        count: how many to keep.
+    """
+    if len(world) == 0 or np.bincount(world).max() <= count:
+        return np.arange(len(world))
+    order = np.lexsort((-probabilities, world))
+    ranked = world[order]
+    return order[np.arange(len(order)) - np.searchsorted(ranked, ranked) < count]

@@ -8,11 +8,23 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from services.grounding.grammar import ROOT, Grammar
+from services.grounding.grammar import ROOT, BinaryRules, Grammar
 from services.grounding.lexicon import Entry, printed
 from services.grounding.tree import Phrase, Word
 
-FRAGMENT_LABELS = ("S", "VP", "NP", "PP:dir", "PP:loc", "PP:of", "ADVP", "ADJP", "SBAR")
+FRAGMENT_LABELS = (
+    "S",
+    "VP",
+    "NP",
+    "PP:dir",
+    "PP:loc",
+    "PP:src",
+    "PP:of",
+    "ADVP",
+    "ADJP",
+    "SBAR",
+    "NEG",
+)
 FRAGMENT_LOG_PENALTY = -12.0
 LOOSE_WORD_LOG_PENALTY = -18.0
 
@@ -67,11 +79,12 @@ def fill_chart(lattice: Sequence[tuple[int, int, Entry]], length: int, grammar: 
 
 def _fill_cell(chart: Chart, start: int, end: int, grammar: Grammar) -> None:
     cell = chart[start][end]
+    rules = grammar.rules_at(start)
     for middle in range(start + 1, end):
         right_cell = chart[middle][end]
         if right_cell:
-            _combine(cell, chart[start][middle], right_cell, grammar)
-    for rule in grammar.unary:
+            _combine(cell, chart[start][middle], right_cell, rules.binary)
+    for rule in rules.unary:
         child = cell.get(rule.children[0])
         if child:
             _add(cell, rule.parent, Edge(rule.log_probability, (child,), rule.spliced))
@@ -81,10 +94,10 @@ def _combine(
     cell: dict[str, Vertex],
     left_cell: dict[str, Vertex],
     right_cell: dict[str, Vertex],
-    grammar: Grammar,
+    binary: BinaryRules,
 ) -> None:
     for label, left in left_cell.items():
-        by_right = grammar.binary.get(label)
+        by_right = binary.get(label)
         if by_right is None:
             continue
         for right_label in by_right.keys() & right_cell.keys():
@@ -98,16 +111,14 @@ def _add(cell: dict[str, Vertex], label: str, edge: Edge) -> None:
     if vertex is None:
         vertex = cell[label] = Vertex(label)
     vertex.edges.append(edge)
-    best = edge.log_probability + sum(child.best for child in edge.children)
-    inside = edge.log_probability + sum(child.inside for child in edge.children)
+    best = inside = edge.log_probability
+    for child in edge.children:
+        best += child.best
+        inside += child.inside
+    # The two cases of log(exp a + exp b), written out: this line runs once for every edge.
+    high, low = (inside, vertex.inside) if inside > vertex.inside else (vertex.inside, inside)
+    vertex.inside = high + math.log1p(math.exp(low - high))
     vertex.best = max(vertex.best, best)
-    vertex.inside = log_add(vertex.inside, inside)
-
-
-def log_add(a: float, b: float) -> float:
-    """log(exp a + exp b)."""
-    high, low = (a, b) if a > b else (b, a)
-    return high if low == -math.inf else high + math.log1p(math.exp(low - high))
 
 
 def derivation(vertex: Vertex, rank: int) -> Derivation | None:

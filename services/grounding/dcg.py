@@ -14,14 +14,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from services.grounding import features
-from services.grounding.features import SymbolSet
-from services.grounding.lexicon import Lexicon
-from services.grounding.symbols import SymbolTable
+from services.grounding.features import FactorFeatures, SymbolSet
 from services.grounding.tree import Phrase
 
 KEPT_SETS = 5
 MAX_COMBINATIONS = 25
+NEGATIONS = frozenset({"not", "no", "never", "cannot"})
 NEGLIGIBLE = 1e-4
 """Combinations of child sets below this probability go to the lost mass."""
 
@@ -43,19 +41,19 @@ class Weights:
 
 @dataclass
 class CorrespondenceGraph:
-    """Scores phrases against the symbol space of one robot."""
+    """Scores phrases against one space of symbols."""
 
-    table: SymbolTable
-    lexicon: Lexicon
+    features: FactorFeatures
     weights: Weights
+    """Its static columns are the attributes of `features`."""
+    scored: int = 0
+    """Factors evaluated so far: symbols, summed over phrases and choices of child sets."""
     _cache: dict[Phrase, Distribution] = field(default_factory=dict[Phrase, Distribution])
-
-    def __post_init__(self) -> None:
-        # Built here, so that the first sentence is as fast as the next.
-        _ = self.table.attributes_of, self.table.blocks, self.table.index
 
     def infer(self, phrase: Phrase) -> Distribution:
         """Distribution over the sets of symbols that are true at this phrase."""
+        if is_denied(phrase):
+            return {frozenset(): 1.0}
         if phrase not in self._cache:
             children = [self.infer(child) for child in phrase.phrases]
             self._cache[phrase] = self._combine(phrase, children)
@@ -67,28 +65,47 @@ class CorrespondenceGraph:
 
     def logits(self, phrase: Phrase, children: SymbolSet) -> NDArray[np.float64]:
         """Log odds of every symbol at a phrase, given the union of its children's symbols (N,)."""
-        kinds = features.child_kinds(self.table, children)
-        names = features.language(phrase, self.lexicon, kinds)
+        names = self.features.language(phrase, children)
         rows = [self.weights.language[name] for name in names if name in self.weights.language]
-        scores = self.weights.static[rows].sum(axis=0)[self.table.attributes_of].sum(axis=1)
-        match = self.weights.match[rows].sum(axis=0)
-        own = features.of_words(self.table, self.lexicon, phrase)
-        child = features.of_children(self.table, children)
-        for feature, symbols in features.matches(self.table, own, child):
+        scores = self.weights.static[rows].sum(axis=0)[self.features.attributes_of].sum(axis=1)
+        match = dict(
+            zip(self.features.match_names, self.weights.match[rows].sum(axis=0), strict=True)
+        )
+        for feature, symbols in self.features.matches(phrase, children):
             scores[symbols] += match[feature]
+        self.scored += len(scores)
         return scores
+
+    def marginals(self, phrase: Phrase) -> NDArray[np.float64]:
+        """Probability of every symbol at a phrase, over the kept sets of its children (N,)."""
+        total = np.zeros(len(self.features.attributes_of))
+        for probability, union in self._unions([self.infer(child) for child in phrase.phrases]):
+            total += probability * np.exp(-np.logaddexp(0.0, -self.logits(phrase, union)))
+        return total
 
     def _combine(self, phrase: Phrase, children: Sequence[Distribution]) -> Distribution:
         found: dict[SymbolSet, float] = {}
-        unions: dict[SymbolSet, float] = {}
-        for probability, union in combinations(children):
-            unions[union] = unions.get(union, 0.0) + probability
-        for union, probability in unions.items():
+        for probability, union in self._unions(children):
             for log_probability, symbols in best_sets(self.logits(phrase, union), KEPT_SETS):
                 mass = probability * math.exp(log_probability)
                 found[symbols] = found.get(symbols, 0.0) + mass
-        ranked = sorted(found.items(), key=lambda item: -item[1])
+        ranked = sorted(found.items(), key=lambda item: (-item[1], sorted(item[0])))
         return dict(ranked[:KEPT_SETS])
+
+    @staticmethod
+    def _unions(children: Sequence[Distribution]) -> list[tuple[float, SymbolSet]]:
+        """Probability of each union of child symbols; combinations that agree are summed."""
+        unions: dict[SymbolSet, float] = {}
+        for probability, union in combinations(children):
+            unions[union] = unions.get(union, 0.0) + probability
+        return [(probability, union) for union, probability in unions.items()]
+
+
+def is_denied(phrase: Phrase) -> bool:
+    """Whether a phrase says what is not so, or not to be done, and so denotes nothing."""
+    words = (word for word in phrase.words if word.tag in ("VBZ", "RB"))
+    negated = any(NEGATIONS & set(word.text.split("_")) for word in words)
+    return phrase.label == "NEG" or (phrase.label == "VP" and negated)
 
 
 def combinations(children: Sequence[Distribution]) -> Iterator[tuple[float, SymbolSet]]:

@@ -1,8 +1,9 @@
-"""When a reading is not good enough: unknown words, what is possible, and the question to ask."""
+"""When one reading alone is not good enough: unknown words, what is possible, what to say."""
 
 import difflib
 
 from services.grounding.lexicon import Lexicon, constituents, printed
+from services.grounding.questions import either, with_article
 from services.grounding.symbols import ROBOT
 from services.grounding.tree import Phrase
 from services.grounding.understanding import UNKNOWN, Annotation, Intent
@@ -11,10 +12,10 @@ MAX_NAMED = 8
 """Unknown words named in an answer."""
 MAX_LETTERS = 24
 MIN_SIMILARITY = 0.65
-SPLIT = 0.3
-"""Two readings of at least this probability each are worth a question."""
 MIN_CONFIDENCE = 0.35
 """A best reading below this is as good as none."""
+
+NOT_UNDERSTOOD = "What shall I do, and where?"
 
 _KIND_TITLES = {"class": "object"}
 _CONTENT = ("NN", "JJ", "VB")
@@ -35,7 +36,12 @@ def suggestions(words: tuple[str, ...], lexicon: Lexicon) -> dict[str, tuple[str
     entries = (e for e in lexicon.content_words() if printed(e.tag) in _CONTENT)
     known = sorted({" ".join(entry.words) for entry in entries})
     near = {w: difflib.get_close_matches(w, known, 3, MIN_SIMILARITY) for w in words}
-    return {word: tuple(found) for word, found in near.items() if found}
+    return {word: _singular(found) for word, found in near.items() if found}
+
+
+def _singular(words: list[str]) -> tuple[str, ...]:
+    """Words without the plurals of others among them."""
+    return tuple(word for word in words if not (word.endswith("s") and word[:-1] in words))
 
 
 def possible(lexicon: Lexicon) -> tuple[str, ...]:
@@ -93,25 +99,13 @@ def question(
     near: dict[str, tuple[str, ...]],
     intents: tuple[Intent, ...],
 ) -> str | None:
-    """What to ask, or None if the best reading is clear."""
+    """What to ask about one sentence alone, or None if the best reading is clear."""
     if not understood and near:
         word, known = next(iter(near.items()))
-        return f'I do not know "{word}". Do you mean {_either(known)}?'
+        return f'By "{word}" do you mean {either(tuple(map(with_article, known)))}?'
     if not understood and words:
         quoted = tuple(f'"{word}"' for word in words)
-        return f"I do not know {_either(quoted)}. What shall I do?"
+        return f"I do not know {either(quoted)}. What shall I do?"
     if not understood:
-        return "What shall I do, and where?"
-    if len(intents) > 1 and intents[1].probability >= SPLIT:
-        return f"Do you mean {_either(tuple(_said(intent) for intent in intents[:2]))}?"
+        return NOT_UNDERSTOOD
     return None
-
-
-def _either(items: tuple[str, ...]) -> str:
-    *first, last = items
-    return f"{', '.join(first)} or {last}" if first else last
-
-
-def _said(intent: Intent) -> str:
-    place = "" if intent.relation == UNKNOWN else f" ({intent.relation}: {intent.landmark})"
-    return f"{intent.action} {intent.object}{place}"

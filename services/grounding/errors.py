@@ -1,5 +1,7 @@
 """The one exception base of this package."""
 
+from schemas.errors import UserError
 
-class GroundingError(ValueError):
+
+class GroundingError(UserError):
     """Something about a lexicon, grammar, corpus or weight file that a person has to mend."""

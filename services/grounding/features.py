@@ -13,18 +13,20 @@ between classes that never stood together in the corpus work.
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import product
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from services.grounding.lexicon import Lexicon
-from services.grounding.symbols import KINDS, ROBOT, SymbolTable
+from services.grounding.symbols import KINDS, ROBOT, UNKNOWN, SymbolTable
 from services.grounding.tree import Phrase
 
 SymbolSet = frozenset[int]
 Pair = tuple[int, int]
 
 MATCHES = (
+    "carried",
     "class.child",
     "class.own",
     "relation.child",
@@ -47,12 +49,48 @@ MATCHES = (
     "action.object_child",
     "action.own_on_child",
     "action.own_on_robot",
+    "action.own_motion",
     "mode.child",
     "mode.own",
     "degree.child",
     "degree.own",
 )
-_MATCH_INDEX = {name: at for at, name in enumerate(MATCHES)}
+KIND_OF_TAG = {"NN": "class", "IN": "relation", "VB": "action"}
+"""What words of a part of speech denote."""
+MOTION = "navigate"
+"""The action that needs a place and no object."""
+CARRIED = ("fact", "action", "mode", "degree")
+"""Kinds of symbol that a phrase says as well if one below it does, wherever it stands."""
+
+
+class FactorFeatures(Protocol):
+    """What inference and training need to know of one space of symbols."""
+
+    @property
+    def match_names(self) -> tuple[str, ...]:
+        """Names of the match features."""
+        ...
+
+    @property
+    def attributes(self) -> tuple[str, ...]:
+        """Names of the static attributes; the last one is a pad without weights."""
+        ...
+
+    @property
+    def attributes_of(self) -> NDArray[np.int64]:
+        """Attribute indices of every symbol, its kind first (N, 4)."""
+        ...
+
+    def language(self, phrase: Phrase, children: SymbolSet) -> tuple[str, ...]:
+        """Names of the language features of a phrase whose children denote `children`."""
+        ...
+
+    def matches(self, phrase: Phrase, children: SymbolSet) -> "Iterator[Hit]":
+        """Yields (match feature, indices of all symbols that have it)."""
+        ...
+
+
+Hit = tuple[str, NDArray[np.int64]]
 
 
 @dataclass
@@ -102,10 +140,28 @@ def of_words(table: SymbolTable, lexicon: Lexicon, phrase: Phrase) -> Evidence:
         "mode": found.modes,
         "degree": found.degrees,
     }
-    for word in phrase.words:
-        for sense in lexicon.senses(word.tag, word.text) or ():
-            by_kind[sense.kind].add(table.names[sense.kind].index(sense.name))
+    for kind, name in meanings(lexicon, phrase):
+        # A pruned table (HDCG) lacks most names.
+        if name in table.names[kind]:
+            by_kind[kind].add(table.names[kind].index(name))
     return found
+
+
+def meanings(lexicon: Lexicon, phrase: Phrase) -> list[tuple[str, str]]:
+    """(kind, name) of all that a phrase's own words may denote.
+
+    A word that the robot does not know denotes what is unknown, of the kind that its part of
+    speech names, unless another word of the phrase names something of that kind.
+    """
+    found: list[tuple[str, str]] = []
+    unknown: list[tuple[str, str]] = []
+    for word in phrase.words:
+        senses = lexicon.senses(word.tag, word.text)
+        found += [(sense.kind, sense.name) for sense in senses or ()]
+        if senses is None and word.tag in KIND_OF_TAG:
+            unknown.append((KIND_OF_TAG[word.tag], UNKNOWN))
+    kinds = {kind for kind, _ in found}
+    return [*found, *(one for one in unknown if one[0] not in kinds)]
 
 
 def language(phrase: Phrase, lexicon: Lexicon, child_kinds: str) -> tuple[str, ...]:
@@ -133,23 +189,47 @@ def child_kinds(table: SymbolTable, symbols: SymbolSet) -> str:
     return "+".join(KINDS[kind] for kind in kinds)
 
 
-def matches(
-    table: SymbolTable, own: Evidence, child: Evidence
-) -> Iterator[tuple[int, NDArray[np.int64]]]:
-    """Yields (match feature, indices of all symbols that have it)."""
-    for name, at in (
-        *_simple_matches(table, own, child),
-        *_region_matches(table, own, child),
-        *_fact_matches(table, own, child),
-        *_action_matches(table, own, child),
-    ):
-        yield _MATCH_INDEX[name], at
+@dataclass(frozen=True)
+class SymbolFeatures:
+    """The features of the factors over a robot's symbols."""
+
+    table: SymbolTable
+    lexicon: Lexicon
+
+    @property
+    def match_names(self) -> tuple[str, ...]:
+        """See `FactorFeatures`."""
+        return MATCHES
+
+    @property
+    def attributes(self) -> tuple[str, ...]:
+        """See `FactorFeatures`."""
+        return self.table.attributes
+
+    @property
+    def attributes_of(self) -> NDArray[np.int64]:
+        """See `FactorFeatures`."""
+        return self.table.attributes_of
+
+    def language(self, phrase: Phrase, children: SymbolSet) -> tuple[str, ...]:
+        """See `FactorFeatures`."""
+        return language(phrase, self.lexicon, child_kinds(self.table, children))
+
+    def matches(self, phrase: Phrase, children: SymbolSet) -> Iterator[Hit]:
+        """See `FactorFeatures`."""
+        own = of_words(self.table, self.lexicon, phrase)
+        child = of_children(self.table, children)
+        carried = [at for at in children if KINDS[self.table.kind_of[at]] in CARRIED]
+        if carried:
+            yield "carried", np.array(sorted(carried), dtype=np.int64)
+        yield from _simple_matches(self.table, own, child)
+        yield from _region_matches(self.table, own, child)
+        yield from _fact_matches(self.table, own, child)
+        yield from _action_matches(self.table, own, child)
+        yield from _motion_match(self.table, own, phrase)
 
 
-_Hit = tuple[str, NDArray[np.int64]]
-
-
-def _simple_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Iterator[_Hit]:
+def _simple_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Iterator[Hit]:
     for kind, of_child, of_own in (
         ("class", child.classes, own.classes),
         ("relation", child.relations, own.relations),
@@ -162,29 +242,38 @@ def _simple_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Itera
             yield f"{kind}.own", table.blocks[kind][sorted(of_own)]
 
 
-def _region_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Iterator[_Hit]:
+def _region_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Iterator[Hit]:
     block = table.blocks["region"]
     yield from _at("region.same", block, child.regions)
     if own.relations:
         yield "region.relation_own", block[sorted(own.relations)].ravel()
     if child.relations:
         yield "region.relation_child", block[sorted(child.relations)].ravel()
-    if child.classes:
-        yield "region.landmark_child", block[:, sorted(child.classes)].ravel()
-        landmarks, suffix = child.classes, "child"
+    landmarks = child.classes or _vaguely_placed(table, child)
+    if landmarks:
+        yield "region.landmark_child", block[:, sorted(landmarks)].ravel()
+        suffix = "child"
     else:
         landmarks, suffix = _robot(table), "robot"
     yield from _at(f"region.own_of_{suffix}", block, product(own.relations, landmarks))
     yield from _at(f"region.child_of_{suffix}", block, product(child.relations, landmarks))
 
 
-def _fact_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Iterator[_Hit]:
+def _vaguely_placed(table: SymbolTable, child: Evidence) -> set[int]:
+    """Landmarks whose relation the robot does not know: "from the wall" in "farthest from ..."."""
+    relations = table.names["relation"]
+    return {landmark for relation, landmark in child.regions if relations[relation] == UNKNOWN}
+
+
+def _fact_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Iterator[Hit]:
     block = table.blocks["fact"]
     figures = sorted(own.classes | child.classes)
     if child.facts:
         yield "fact.same", block.ravel()[sorted(child.facts)]
     if figures:
-        yield "fact.figure", block[:, figures].ravel()
+        # Not of facts that are only carried on: those must not depend on what the phrase is about.
+        said = block.ravel()[sorted(child.facts)]
+        yield "fact.figure", np.setdiff1d(block[:, figures], said)
     # "the closest hydrant to the cone": relation and figure are the phrase's own words.
     spoken = product(own.relations, own.classes, child.classes)
     yield from _at("fact.own_relation_to_child", block, spoken)
@@ -196,7 +285,7 @@ def _fact_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Iterato
             yield "fact.figure_in_region", np.array(inside, dtype=np.int64)
 
 
-def _action_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Iterator[_Hit]:
+def _action_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Iterator[Hit]:
     block = table.blocks["action"]
     yield from _at("action.same", block, child.actions)
     if own.verbs:
@@ -208,9 +297,15 @@ def _action_matches(table: SymbolTable, own: Evidence, child: Evidence) -> Itera
         yield from _at("action.own_on_robot", block, product(own.verbs, _robot(table)))
 
 
-def _at(
-    name: str, block: NDArray[np.int64], positions: Iterable[tuple[int, ...]]
-) -> Iterator[_Hit]:
+def _motion_match(table: SymbolTable, own: Evidence, phrase: Phrase) -> Iterator[Hit]:
+    """Going somewhere, where the verb has no object: "get to the box" and not "get the box"."""
+    actions = table.names["action"]
+    moves = MOTION in actions and actions.index(MOTION) in own.verbs
+    if moves and not any(child.label == "NP" for child in phrase.phrases):
+        yield "action.own_motion", table.blocks["action"][actions.index(MOTION)]
+
+
+def _at(name: str, block: NDArray[np.int64], positions: Iterable[tuple[int, ...]]) -> Iterator[Hit]:
     """Yields the feature with the symbols at the given positions of a block, if there are any."""
     found = [block[position] for position in positions]
     if found:

@@ -2,6 +2,7 @@
 
 import math
 from collections import defaultdict
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
@@ -25,14 +26,41 @@ class Rule:
     """Per child: whether its children become the parent's own in the tree."""
 
 
+BinaryRules = dict[str, dict[str, list[Rule]]]
+"""By left child, then by right child."""
+
+
 @dataclass(frozen=True)
-class Grammar:
+class Rules:
     """Binarised rules, indexed the way the chart asks for them."""
 
-    binary: dict[str, dict[str, list[Rule]]]
-    """By left child, then by right child."""
+    binary: BinaryRules
     unary: tuple[Rule, ...]
     """Ordered so that a rule stands after those that build its child."""
+
+    @classmethod
+    def of(cls, rules: Iterable[Rule], path: Path) -> "Rules":
+        """Indexes rules.
+
+        Raises:
+            GroundingError: unary rules form a cycle.
+        """
+        binary: BinaryRules = defaultdict(lambda: defaultdict(list))
+        unary: list[Rule] = []
+        for rule in rules:
+            if len(rule.children) == 2:
+                binary[rule.children[0]][rule.children[1]].append(rule)
+            else:
+                unary.append(rule)
+        return cls(binary, _ordered(unary, path))
+
+
+@dataclass(frozen=True)
+class Grammar:
+    """The rules, and those of them that can be of use behind the first word."""
+
+    first: Rules
+    inner: Rules
 
     @classmethod
     @cache
@@ -42,12 +70,27 @@ class Grammar:
         Raises:
             GroundingError: a malformed line, or unary rules that form a cycle.
         """
-        rules = [rule for raw in _normalised(_read(path)) for rule in _binarised(raw)]
-        binary: dict[str, dict[str, list[Rule]]] = defaultdict(lambda: defaultdict(list))
-        for rule in rules:
-            if len(rule.children) == 2:
-                binary[rule.children[0]][rule.children[1]].append(rule)
-        return cls(binary, _ordered([rule for rule in rules if len(rule.children) == 1], path))
+        binarised = (_binarised(raw) for raw in _normalised(_read(path)))
+        rules = list(dict.fromkeys(rule for some in binarised for rule in some))
+        initial = _initial_labels(rules)
+        inner = [rule for rule in rules if rule.parent not in initial]
+        return cls(Rules.of(rules, path), Rules.of(inner, path))
+
+    def rules_at(self, start: int) -> Rules:
+        """The rules for phrases that begin at this word."""
+        return self.inner if start else self.first
+
+
+def _initial_labels(rules: Iterable[Rule]) -> set[str]:
+    """Labels that complete parses use at the first word alone, such as the root itself."""
+    rules = list(rules)
+    initial = {ROOT, *(rule.children[0] for rule in rules)}
+    initial -= {child for rule in rules for child in rule.children[1:]}
+    while True:
+        deeper = {r.children[0] for r in rules if r.parent not in initial} & initial - {ROOT}
+        if not deeper:
+            return initial
+        initial -= deeper
 
 
 def _read(path: Path) -> list[tuple[str, tuple[str, ...], float]]:

@@ -12,16 +12,20 @@ from schemas.language import (
     Annotations,
     Behaviors,
     BehaviorSymbol,
-    Instruction,
     Relation,
+    Utterance,
 )
 from services.grounding.model import Behavior, BehaviorDistribution
-from services.grounding.understanding import Intent, Understanding
+from services.grounding.scene import Scene, Thing
+from services.grounding.talk import Meaning
+from services.grounding.understanding import Intent
 from services.grounding.world import WorldObjects
 
 _shared = -1
 """`MapBelief.particle` of objects that were seen."""
 _none = -1
+_likely_there = 0.5
+"""Existence below which a detection is too doubtful to speak of."""
 
 
 @dataclass(frozen=True)
@@ -34,13 +38,26 @@ class Hypothesis:
 
 
 def annotations_message(
-    instruction: Instruction, understanding: Understanding, implied: BehaviorDistribution
+    meaning: Meaning,
+    implied: BehaviorDistribution,
+    said: tuple[Utterance, ...],
+    stamp_ns: int,
 ) -> Annotations:
-    """What the others need to know of an understanding."""
+    """What the others need to know of a meaning.
+
+    Args:
+        meaning: of an utterance.
+        implied: its behaviours in the map that the best annotation implies.
+        said: the conversation so far.
+        stamp_ns: when the meaning became what it is.
+    """
+    understanding, question = meaning.understanding, meaning.question
+    # An utterance about another instruction asks for nothing itself.
+    behaviors = () if meaning.revises else implied.behaviors
     return Annotations(
-        stamp_ns=instruction.stamp_ns,
-        instruction_id=instruction.id,
-        text=instruction.text,
+        stamp_ns=stamp_ns,
+        instruction_id=meaning.instruction_id,
+        text=meaning.text,
         understood=understanding.understood,
         parse=understanding.parse,
         parse_probability=understanding.parse_probability,
@@ -52,10 +69,32 @@ def annotations_message(
             )
             for one in understanding.annotations
         ),
-        behaviors=tuple(_symbol(one) for one in implied.behaviors),
+        behaviors=tuple(_symbol(one) for one in behaviors),
         unknown_words=understanding.unknown_words,
-        question=understanding.question,
+        question=question.text if question else None,
         possible=understanding.possible,
+        options=question.options if question else (),
+        revision=meaning.revision,
+        revises=meaning.revises,
+        viewpoint=meaning.viewpoint,
+        said=said,
+    )
+
+
+def scene_of(belief: MapBelief, behaviors: Behaviors) -> Scene:
+    """What was seen, with the probability that it is what is meant."""
+    share = belief.weights[behaviors.particle] * behaviors.probability
+    rows = np.flatnonzero(belief.particle == _shared)
+    return tuple(
+        Thing(
+            node=int(belief.node[row]),
+            name=belief.classes[belief.class_index[row]],
+            x=float(belief.position[row, 0]),
+            y=float(belief.position[row, 1]),
+            mass=float(share[behaviors.node == belief.node[row]].sum()),
+        )
+        for row in rows
+        if belief.existence[row] >= _likely_there
     )
 
 

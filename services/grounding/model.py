@@ -1,32 +1,38 @@
 """The grounding model of one robot: text to understanding, understanding to behaviours."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robots.symbols import get_symbols
-from services.grounding import behavior, doubt
-from services.grounding.behavior import NONE, PAIR_FEATURES, Objects
-from services.grounding.dcg import CorrespondenceGraph, Weights
-from services.grounding.features import SymbolSet
+from services.grounding import behavior, doubt, sequence
+from services.grounding.behavior import NONE, Objects, Pairs
+from services.grounding.dcg import CorrespondenceGraph, Distribution
+from services.grounding.features import SymbolFeatures, SymbolSet
 from services.grounding.grammar import Grammar
+from services.grounding.hdcg import HierarchicalGraph, RuleFeatures
 from services.grounding.lexicon import Lexicon
 from services.grounding.parser import Parse, parse
-from services.grounding.symbols import SymbolTable
+from services.grounding.sequence import SequenceReading
+from services.grounding.symbols import ROBOT, UNKNOWN, SymbolTable
 from services.grounding.text import MAX_WORDS, tokenize
+from services.grounding.tree import Phrase
 from services.grounding.understanding import (
     Intent,
     Understanding,
     annotations_of,
     intents_of,
 )
-from services.grounding.weights import load_weights, weights_path
+from services.grounding.weights import ModelWeights, load_weights, weights_path
 from services.grounding.world import WorldObjects, implied_world
 
 NEGLIGIBLE_PARSE = 0.005
 """Trees below this posterior are not grounded; their mass is reported as lost."""
+MAX_BEHAVIORS = 200
+"""Pairs of objects listed for one intent in one hypothesis; the mass of others is lost."""
 NEGLIGIBLE_INTENT = 0.01
 """Intents below this probability are not looked for in maps; their mass is reported as lost."""
 
@@ -67,15 +73,13 @@ class BehaviorDistribution:
 class GroundingModel:
     """Parser, correspondence graph and pair model of one robot."""
 
-    def __init__(
-        self, lexicon: Lexicon, weights: Weights, pair_weights: NDArray[np.float64]
-    ) -> None:
-        self.table = SymbolTable(lexicon.symbols)
+    def __init__(self, lexicon: Lexicon, weights: ModelWeights) -> None:
+        self.features = SymbolFeatures(SymbolTable(lexicon.symbols), lexicon)
+        self.table = self.features.table
         self.lexicon = lexicon
         self.grammar = Grammar.load()
-        self.pair_weights = pair_weights
-        """Weight of each of `PAIR_FEATURES`."""
-        self._graph = CorrespondenceGraph(self.table, lexicon, weights)
+        self.weights = weights
+        self._graph = _graph(self.features, weights)
         self._possible = doubt.possible(lexicon)
 
     @classmethod
@@ -86,12 +90,17 @@ class GroundingModel:
             UnknownLanguageError: no robot of that name has words.
             GroundingError: the robot has no weights, or the weights are of another version.
         """
-        symbols = get_symbols(robot)
-        lexicon = Lexicon.load(symbols)
-        path = weights_path(robot)
-        weights, extra = load_weights(path, SymbolTable(symbols))
-        pair_weights = np.array([extra["pairs"].get(name, 0.0) for name in PAIR_FEATURES])
-        return cls(lexicon, weights, pair_weights)
+        lexicon = Lexicon.load(get_symbols(robot))
+        table = SymbolTable(lexicon.symbols)
+        rules = RuleFeatures(table, lexicon)
+        weights = load_weights(weights_path(robot), SymbolFeatures(table, lexicon), rules)
+        return cls(lexicon, weights)
+
+    def retrained(self, weights: ModelWeights) -> "GroundingModel":
+        """The same words and symbols with other weights; nothing is built anew."""
+        other = copy(self)
+        other.weights, other._graph = weights, _graph(self.features, weights)
+        return other
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -107,33 +116,46 @@ class GroundingModel:
         if not tokens or len(tokens) > MAX_WORDS:
             return self._refused(text, len(tokens))
         parses = parse(tokens, self.lexicon, self.grammar)
-        return self._understanding(text, parses, self._readings(parses))
+        return self._understanding(text, parses)
+
+    def parses(self, text: str) -> tuple[Parse, ...]:
+        """The k best phrase trees of a text; of its first `MAX_WORDS` words if there are more."""
+        tokens = self.lexicon.strip_fillers(tokenize(text))[:MAX_WORDS]
+        return parse(tokens, self.lexicon, self.grammar)
 
     def readings(self, text: str) -> dict[SymbolSet, float]:
         """p(symbols of the whole sentence | text), less the mass of sets left out."""
-        tokens = self.lexicon.strip_fillers(tokenize(text))[:MAX_WORDS]
-        return self._readings(parse(tokens, self.lexicon, self.grammar))
+        return self.readings_of(self.parses(text))
 
-    def _readings(self, parses: Sequence[Parse]) -> dict[SymbolSet, float]:
+    def readings_of(self, parses: Sequence[Parse]) -> dict[SymbolSet, float]:
+        """The same, of a text that is parsed already."""
+        return self._mixed((one.probability, read.whole) for one, read in self._read(parses))
+
+    def _read(self, parses: Sequence[Parse]) -> list[tuple[Parse, SequenceReading]]:
+        """Every tree with what its clauses mean, in the order of the trees."""
         self._graph.forget()
-        readings: dict[SymbolSet, float] = {}
-        for one in parses:
-            if one.probability < NEGLIGIBLE_PARSE:
-                continue
-            for symbols, probability in self._graph.infer(one.tree).items():
-                mass = one.probability * probability
-                readings[symbols] = readings.get(symbols, 0.0) + mass
-        return readings
+        kept = [one for one in parses if one.probability >= NEGLIGIBLE_PARSE]
+        return [(one, sequence.read(one.tree, self._graph.infer, self.table)) for one in kept]
 
-    def _understanding(
-        self, text: str, parses: Sequence[Parse], readings: dict[SymbolSet, float]
-    ) -> Understanding:
+    def _mixed(self, parts: Iterable[tuple[float, Distribution]]) -> dict[SymbolSet, float]:
+        """The mixture of what several trees mean, calibrated."""
+        mixed: dict[SymbolSet, float] = {}
+        for share, found in parts:
+            for symbols, probability in found.items():
+                mixed[symbols] = mixed.get(symbols, 0.0) + share * probability
+        return tempered(mixed, self.weights.temperature)
+
+    def _understanding(self, text: str, parses: Sequence[Parse]) -> Understanding:
         best = parses[0]
+        reads = self._read(parses)
+        readings = self._mixed((one.probability, read.whole) for one, read in reads)
         annotations = annotations_of(readings, self.table)
-        intents, statement_mass = intents_of(readings, self.table)
+        first = self._mixed((one.probability, read.first) for one, read in reads)
+        intents, statement_mass = intents_of(_scaled(first, sum(readings.values())), self.table)
         words = doubt.unknown_words(best.tree, self.lexicon)
         near = doubt.suggestions(words, self.lexicon)
         understood = doubt.is_understood(annotations, intents, statement_mass, best.partial, words)
+        understood = understood or (not words and _is_turn(intents, self.table))
         return Understanding(
             text=text,
             understood=understood,
@@ -142,6 +164,8 @@ class GroundingModel:
             partial=best.partial,
             annotations=annotations,
             intents=intents,
+            steps=_steps(intents, reads[0][1].steps, self.table),
+            correction=_is_correction(best.tree),
             statement_mass=statement_mass,
             other_mass=max(0.0, 1.0 - sum(readings.values())),
             unknown_words=words,
@@ -162,6 +186,8 @@ class GroundingModel:
             partial=True,
             annotations=(),
             intents=(),
+            steps=(),
+            correction=False,
             statement_mass=0.0,
             other_mass=1.0,
             unknown_words=(),
@@ -202,15 +228,15 @@ class GroundingModel:
         nothing = np.zeros(len(worlds))
         for intent in kept:
             nothing += self._ground(intent, objects, found)
-        lost = 1.0 - understanding.statement_mass - sum(intent.probability for intent in kept)
+        rest = 1.0 - understanding.statement_mass - nothing
         return tuple(
             BehaviorDistribution(
                 tuple(sorted(behaviors, key=lambda one: -one.probability)),
                 float(mass),
                 understanding.statement_mass,
-                max(0.0, lost),
+                max(0.0, float(left) - sum(one.probability for one in behaviors)),
             )
-            for behaviors, mass in zip(found, nothing, strict=True)
+            for behaviors, mass, left in zip(found, nothing, rest, strict=True)
         )
 
     def _ground(
@@ -218,18 +244,62 @@ class GroundingModel:
     ) -> NDArray[np.float64]:
         """Adds the behaviours of one intent to `found`; returns its "none" mass by hypothesis."""
         pairs = behavior.candidates(intent, objects, self.names)
-        logits = behavior.features(intent, pairs, objects) @ self.pair_weights
+        logits = behavior.features(intent, pairs, objects) @ self.weights.pairs
         logits += behavior.prior(intent, pairs, len(found))
         probabilities, none = behavior.pair_probabilities(logits, pairs.world, len(found))
+        kept = behavior.most_probable(probabilities, pairs.world, MAX_BEHAVIORS)
+        pairs = Pairs(pairs.world[kept], pairs.figure[kept], pairs.landmark[kept])
         columns = (
             pairs.world.tolist(),
             _local(pairs.figure, pairs.world, objects),
             _local(pairs.landmark, pairs.world, objects),
-            (intent.probability * probabilities).tolist(),
+            (intent.probability * probabilities[kept]).tolist(),
         )
         for world, figure, landmark, probability in zip(*columns, strict=True):
             found[world].append(_behavior(intent, figure, landmark, probability))
         return intent.probability * none
+
+
+def _graph(
+    features: SymbolFeatures, weights: ModelWeights
+) -> CorrespondenceGraph | HierarchicalGraph:
+    """One pass, or two for a robot that has weights for the first."""
+    if weights.rules is None:
+        return CorrespondenceGraph(features, weights.factors)
+    return HierarchicalGraph(features, weights.factors, weights.rules)
+
+
+def tempered(readings: Mapping[SymbolSet, float], temperature: float) -> dict[SymbolSet, float]:
+    """Divides log probabilities by a temperature; the lost mass counts as one more reading."""
+    lost = max(0.0, 1.0 - sum(readings.values()))
+    powers = {symbols: p ** (1.0 / temperature) for symbols, p in readings.items()}
+    total = sum(powers.values()) + lost ** (1.0 / temperature)
+    return {symbols: power / total for symbols, power in powers.items()} if total else {}
+
+
+def _scaled(readings: Mapping[SymbolSet, float], total: float) -> dict[SymbolSet, float]:
+    """The same proportions with another sum."""
+    factor = total / (sum(readings.values()) or 1.0)
+    return {symbols: factor * probability for symbols, probability in readings.items()}
+
+
+def _steps(
+    intents: Sequence[Intent], later: Sequence[SymbolSet], table: SymbolTable
+) -> tuple[Intent, ...]:
+    """What is to be done one after the other: the best intent, and those of the later clauses."""
+    found = [intents_of({symbols: 1.0}, table)[0] for symbols in later[1:]]
+    return (*intents[:1], *(one for (one, *_) in found)) if later else ()
+
+
+def _is_turn(intents: Sequence[Intent], table: SymbolTable) -> bool:
+    """Whether the robot is to turn, which needs no place."""
+    sides = set(table.names["action"]) & set(table.names["relation"]) - {UNKNOWN}
+    return bool(intents) and intents[0].action in sides and intents[0].object == ROBOT
+
+
+def _is_correction(tree: Phrase) -> bool:
+    """Whether an utterance takes back an earlier one: "no, the one behind the tree"."""
+    return any(phrase.label == sequence.CORRECTION for phrase in tree.preorder())
 
 
 def _is_statement(understanding: Understanding) -> bool:

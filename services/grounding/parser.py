@@ -16,10 +16,14 @@ from services.grounding.chart import (
 )
 from services.grounding.grammar import ROOT, Grammar
 from services.grounding.lexicon import Lexicon
-from services.grounding.text import Token
+from services.grounding.text import MAX_WORDS, Token
 from services.grounding.tree import Phrase, Word
 
 FRAGMENTS = "FRAG"
+LOOSE = "X"
+"""Tag of words behind the last piece of a text that is far too long."""
+MAX_PIECES = 3
+"""Pieces of `MAX_WORDS` words that are parsed of a long text; the words behind them stay loose."""
 BEST_TREES = 5
 MAX_DERIVATIONS = 20
 """Derivations looked at for `BEST_TREES` different trees; flat trees have several each."""
@@ -34,6 +38,11 @@ class Parse:
     partial: bool = False
     """True if the grammar does not cover the text and the tree only collects fragments."""
 
+    @property
+    def unattached(self) -> tuple[str, ...]:
+        """The words that belong to no phrase, in the order of the text."""
+        return tuple(word.surface for word in self.tree.words) if self.partial else ()
+
 
 def parse(tokens: Sequence[Token], lexicon: Lexicon, grammar: Grammar) -> tuple[Parse, ...]:
     """The k best trees of a sentence, best first; none for an empty sentence.
@@ -43,6 +52,8 @@ def parse(tokens: Sequence[Token], lexicon: Lexicon, grammar: Grammar) -> tuple[
     """
     if not tokens:
         return ()
+    if len(tokens) > MAX_WORDS:
+        return (_in_pieces(tokens, lexicon, grammar),)
     chart = fill_chart(lexicon.lattice(tokens), len(tokens), grammar)
     root = root_vertex(chart)
     return _best_trees(root) if root else (_fragments(chart),)
@@ -75,4 +86,15 @@ def _fragments(chart: Chart) -> Parse:
         found = derivation(vertex, 0)
         assert found is not None
         nodes += build_tree(vertex, found)
+    return Parse(Phrase(FRAGMENTS, tuple(nodes)), 1.0, partial=True)
+
+
+def _in_pieces(tokens: Sequence[Token], lexicon: Lexicon, grammar: Grammar) -> Parse:
+    """The best trees of the pieces side by side: a chart over all words would take too long."""
+    starts = range(0, min(len(tokens), MAX_PIECES * MAX_WORDS), MAX_WORDS)
+    trees = [parse(tokens[at : at + MAX_WORDS], lexicon, grammar)[0] for at in starts]
+    nodes: list[Phrase | Word] = []
+    for one in trees:
+        nodes += one.tree.children if one.partial else (one.tree,)
+    nodes += [Word(LOOSE, token.text) for token in tokens[starts[-1] + MAX_WORDS :]]
     return Parse(Phrase(FRAGMENTS, tuple(nodes)), 1.0, partial=True)

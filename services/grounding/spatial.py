@@ -1,15 +1,17 @@
 """How true a spatial relation is between two objects, in the frame of the viewer.
 
 Frame: origin at the landmark, u away from the viewer through the landmark, v to the left of u; for
-the robot as landmark u is its heading.  The paper's relations are Gaussians whose mean and spread
-depend on the objects' sizes.  Outdoors people say "behind" over a wide range of distances, so the
-distance along the relation's axis is log-normal here and only the offset across it Gaussian, with a
-spread that grows with the distance, as people judge direction by angle.
+the robot as landmark u points behind its back and v to its left.  The paper's relations are
+Gaussians whose mean and spread depend on the objects' sizes.  Outdoors people say "behind" over a
+wide range of distances and directions, so a side is here a soft sector times a log-normal distance.
+Relations about ways ("down", "past") are Gaussians along the landmark's long axis, for which the
+viewer's line of sight stands in where the landmark has none.
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,16 +21,29 @@ Floats = NDArray[np.float64]
 _TINY = 1e-300
 """Keeps a quotient of vanishing densities finite."""
 
-GAP = 1.25
-"""Typical free space between two related objects outdoors [m]."""
+GAP = 2.2
+"""Typical free space between a landmark and what stands to one side of it [m]."""
+NEAR_GAP = 1.5
+"""The same for "near" [m]."""
 ROBOT_GAP = 4.0
 """The same where the landmark is the robot: what it is told about is rarely that close [m]."""
-AWAY_DISTANCE = 9.0
-"""Typical distance of "away from" and "far from" [m]."""
-LOG_SPREAD = 0.6
+WAY_GAP = 4.0
+"""The same at the end of a way: "down", "through", "past" [m]."""
+AWAY_GAP = 6.0
+"""The same for "away from" and "far from" [m]."""
+LOG_SPREAD = 0.8
 """Standard deviation of the logarithm of distances."""
+NEAR_LOG_SPREAD = 0.5
+"""The same for "near"."""
 AWAY_LOG_SPREAD = 0.35
 """The same for "away" on the side of the landmark, where it soon stops being true."""
+HALF_SECTOR = {"back": 60.0, "front": 60.0, "left": 30.0, "right": 30.0}
+"""Half the sector of each side [deg]; the four share the circle.  What is seen beyond or before a
+thing is named so more readily than what is seen beside it."""
+SECTOR_EDGE = math.radians(5.0)
+"""Width of the blurred edge between two sectors [rad]."""
+TOWARDS_SPREAD = math.radians(20.0)
+"""Standard deviation of the direction of "towards", seen from the viewer [rad]."""
 BACKGROUND_AREA = 400.0
 """An object that stands in no relation is anywhere in this area [m^2]."""
 
@@ -43,15 +58,27 @@ class Placement:
     """v of the figure [m] (P,)."""
     touch: Floats
     """Distance at which the two would touch: sum of their mean half edges [m] (P,)."""
-    gap: Floats
-    """Typical free space between them [m] (P,)."""
-    room: Floats
-    """Mean half edge of the landmark less that of the figure [m] (P,)."""
+    of_robot: bool
+    """Whether the landmarks are the robot itself."""
+    sight: Floats
+    """Distance from the viewer to the landmark [m] (P,)."""
+    axis_along: Floats
+    """Along the landmark's long axis, away from the viewer [m] (P,)."""
+    axis_across: Floats
+    """Across the landmark's long axis [m] (P,)."""
+    margin: Floats
+    """How far the figure's centre is within the landmark's box, negative outside [m] (P,)."""
+    area: Floats
+    """Ground area of the landmark's box [m^2] (P,)."""
 
-    @property
+    @cached_property
     def distance(self) -> Floats:
         """Between the centres [m] (P,)."""
         return np.hypot(self.along, self.across)
+
+    def reach(self, gap: float) -> Floats:
+        """Typical distance between the centres for a typical free space [m] (P,)."""
+        return self.touch + (ROBOT_GAP if self.of_robot else gap)
 
 
 def viewer_frame(offsets: Floats, sight: Floats) -> tuple[Floats, Floats]:
@@ -77,9 +104,10 @@ def truth(relation: str, placement: Placement) -> Floats:
     if not family:
         return np.ones_like(placement.along)
     total = np.full_like(placement.along, _TINY if is_unbounded(relation) else 1 / BACKGROUND_AREA)
-    for density in {DENSITY[name] for name in family}:
-        total += density(placement)
-    return DENSITY[relation](placement) / total
+    densities = {DENSITY[name]: DENSITY[name](placement) for name in family}
+    for density in densities.values():
+        total += density
+    return densities[DENSITY[relation]] / total
 
 
 def is_unbounded(relation: str) -> bool:
@@ -88,51 +116,60 @@ def is_unbounded(relation: str) -> bool:
 
 
 def typical_offset(relation: str, of_robot: bool) -> Floats:
-    """(u, v) of a figure at the most typical place, for small objects [m] (2,)."""
-    reach = ROBOT_GAP if of_robot else GAP + 0.5
-    u, v = _TYPICAL.get(relation, (0.0, 1.0))
-    scale = AWAY_DISTANCE if relation == "away" else reach
-    return np.array([u * scale, v * scale])
+    """(x, y) of a figure at the most typical place, from a landmark ahead along +x [m] (2,).
+
+    If the landmark is the robot itself, +x is its heading.
+    """
+    u, v, gap = _TYPICAL.get(relation, (0.0, 1.0, NEAR_GAP))
+    scale = 0.5 + (ROBOT_GAP if of_robot else gap)
+    return np.array([-u * scale if of_robot else u * scale, v * scale])
 
 
-def _log_normal(distance: Floats, median: Floats, spread: float = LOG_SPREAD) -> Floats:
+def _log_normal(distance: Floats, median: Floats, spread: Floats | float) -> Floats:
     safe = np.maximum(distance, 1e-3)
     z = np.log(safe / median) / spread
     density = np.exp(-0.5 * z * z) / (safe * spread * math.sqrt(2.0 * math.pi))
     return np.where(distance > 0.0, density, 0.0)
 
 
-def _directed(forward: Floats, sideways: Floats, placement: Placement) -> Floats:
-    spread = 0.25 + 0.35 * placement.touch + 0.25 * np.maximum(forward, 0.0)
-    z = sideways / spread
-    across = np.exp(-0.5 * z * z) / (spread * math.sqrt(2.0 * math.pi))
-    return _log_normal(forward, placement.touch + placement.gap) * across
+def _normal(value: Floats, mean: Floats | float, spread: Floats | float) -> Floats:
+    z = (value - mean) / spread
+    return np.exp(-0.5 * z * z) / (spread * math.sqrt(2.0 * math.pi))
+
+
+def _side(forward: Floats, sideways: Floats, half_sector: float, p: Placement) -> Floats:
+    off = np.abs(np.arctan2(sideways, forward))
+    inside = 0.5 * (1.0 + np.tanh(0.5 * (math.radians(half_sector) - off) / SECTOR_EDGE))
+    # Shared, not one for each sector: where two sectors meet, both sides are as likely to be said.
+    width = math.radians(sum(HALF_SECTOR.values()) / 2.0)
+    radial = _log_normal(p.distance, p.reach(GAP), LOG_SPREAD)
+    return radial * inside / (width * np.maximum(p.distance, 1e-3))
 
 
 def _back(p: Placement) -> Floats:
-    return _directed(p.along, p.across, p)
+    return _side(p.along, p.across, HALF_SECTOR["back"], p)
 
 
 def _front(p: Placement) -> Floats:
-    return _directed(-p.along, p.across, p)
+    return _side(-p.along, p.across, HALF_SECTOR["front"], p)
 
 
 def _left(p: Placement) -> Floats:
-    return _directed(p.across, p.along, p)
+    return _side(p.across, p.along, HALF_SECTOR["left"], p)
 
 
 def _right(p: Placement) -> Floats:
-    return _directed(-p.across, p.along, p)
+    return _side(-p.across, p.along, HALF_SECTOR["right"], p)
 
 
 def _near(p: Placement) -> Floats:
-    return _log_normal(p.distance, p.touch + p.gap) / _ring(p)
+    return _log_normal(p.distance, p.reach(NEAR_GAP), NEAR_LOG_SPREAD) / _ring(p)
 
 
 def _away(p: Placement) -> Floats:
-    median = np.maximum(3.0 * p.touch, AWAY_DISTANCE)
-    closer = _log_normal(p.distance, median, AWAY_LOG_SPREAD)
-    return np.where(p.distance < median, closer, _log_normal(p.distance, median)) / _ring(p)
+    median = p.touch + AWAY_GAP + (ROBOT_GAP if p.of_robot else 0.0)
+    spread = np.where(p.distance < median, AWAY_LOG_SPREAD, LOG_SPREAD)
+    return _log_normal(p.distance, median, spread) / _ring(p)
 
 
 def _ring(p: Placement) -> Floats:
@@ -140,8 +177,33 @@ def _ring(p: Placement) -> Floats:
 
 
 def _inside(p: Placement) -> Floats:
-    spread = np.maximum(0.35 * p.room, 0.05)
-    return np.exp(-0.5 * (p.distance / spread) ** 2) / (2.0 * math.pi * spread**2)
+    edge = 0.1 + 0.05 * np.sqrt(p.area)
+    return 0.5 * (1.0 + np.tanh(0.5 * p.margin / edge)) / np.maximum(p.area, 1e-2)
+
+
+def _down(p: Placement) -> Floats:
+    along = _normal(p.axis_along, p.reach(WAY_GAP), 2.0 + 0.35 * p.touch)
+    return along * _normal(p.axis_across, 0.0, 1.2 + 0.35 * p.touch)
+
+
+def _past(p: Placement) -> Floats:
+    along = _normal(p.along, p.reach(WAY_GAP), 2.0 + 0.5 * p.touch)
+    return along * _normal(p.across, 0.0, 1.5 + 0.5 * p.touch)
+
+
+def _towards(p: Placement) -> Floats:
+    ahead = p.along + p.sight
+    seen_at = np.hypot(ahead, p.across)
+    direction = _normal(np.arctan2(p.across, ahead), 0.0, TOWARDS_SPREAD)
+    radial = _log_normal(seen_at, p.sight + p.touch + 0.5, LOG_SPREAD)
+    return direction * radial / np.maximum(seen_at, 1e-3)
+
+
+def _around(p: Placement) -> Floats:
+    """Beyond the landmark and to either side of it, as round a corner."""
+    reach = p.reach(GAP)
+    along = _normal(p.along, 0.5 * reach, 0.5 + 0.5 * reach)
+    return along * _normal(np.abs(p.across), reach, 0.5 + 0.35 * p.touch) / 2.0
 
 
 DENSITY: dict[str, Callable[[Placement], Floats]] = {
@@ -153,21 +215,40 @@ DENSITY: dict[str, Callable[[Placement], Floats]] = {
     "near": _near,
     "away": _away,
     "inside": _inside,
+    "down": _down,
+    "through": _down,
+    "past": _past,
+    "towards": _towards,
+    "around": _around,
 }
 
 
-FAMILIES = (("back", "behind", "front", "left", "right"), ("near", "away"), ("inside",))
+FAMILIES = (
+    ("back", "behind", "front", "left", "right"),
+    ("near", "away"),
+    ("inside",),
+    ("down",),
+    ("through",),
+    ("past",),
+    ("towards",),
+    ("around",),
+)
 """Relations of one family exclude one another; "behind" and "near" may both be true."""
 
 _UNBOUNDED = ("away",)
 """Relations that hold for almost any two objects, wherever they stand."""
 
 _TYPICAL = {
-    "back": (1.0, 0.0),
-    "behind": (1.0, 0.0),
-    "front": (-1.0, 0.0),
-    "left": (0.0, 1.0),
-    "right": (0.0, -1.0),
-    "inside": (0.0, 0.0),
-    "away": (0.0, 1.0),
+    "back": (1.0, 0.0, GAP),
+    "behind": (1.0, 0.0, GAP),
+    "front": (-1.0, 0.0, GAP),
+    "left": (0.0, 1.0, GAP),
+    "right": (0.0, -1.0, GAP),
+    "inside": (0.0, 0.0, 0.0),
+    "away": (0.0, 1.0, AWAY_GAP),
+    "down": (1.0, 0.0, WAY_GAP),
+    "through": (1.0, 0.0, WAY_GAP),
+    "past": (1.0, 0.0, WAY_GAP),
+    "towards": (0.0, 0.0, 0.0),
+    "around": (0.6, 1.0, GAP),
 }

@@ -29,8 +29,10 @@ from services.grounding.lexicon import constituents
 KINDS = ("class", "relation", "region", "fact", "action", "mode", "degree")
 ROBOT = "robot"
 """The class that stands for the robot itself, landmark of "the cone on the left"."""
+UNKNOWN = "unknown"
+"""The symbol of every kind for what the robot has no name for; mode or relation left open."""
 
-_SYMBOL = re.compile(r"([\w ]+?)(?:\(([\w ]*)(?:, *([\w ]+))?\))?$")
+_SYMBOL = re.compile(r"(?:(region|action):)?([\w ]+?)(?:\(([\w ]*)(?:, *([\w ]+))?\))?$")
 
 
 @dataclass(frozen=True)
@@ -111,8 +113,17 @@ class SymbolTable:
             table[row, : len(found)] = found
         return table
 
+    def text(self, at: int) -> str:
+        """A symbol in words, such that `parse` gives it back."""
+        symbol = self.symbols[at]
+        plain = str(symbol)
+        return plain if self.parse(plain) == at else f"{symbol.kind}:{plain}"
+
     def parse(self, text: str) -> int:
         """Index of the symbol written as in the table above.
+
+        Where relations and actions share a name, "left(cone)" is a region and "unknown(cone)" an
+        action; "action:left(cone)" and "region:unknown(cone)" are the others.
 
         Raises:
             GroundingError: malformed text, or a name that the robot's symbol space lacks.
@@ -120,8 +131,9 @@ class SymbolTable:
         match = _SYMBOL.fullmatch(text.strip())
         if not match:
             raise GroundingError(f"symbol {text!r}; allowed: name, name(class), name(class, class)")
-        head, *arguments = match.groups()
-        symbol = self._resolve(head, tuple(name for name in arguments if name), "(" in text)
+        kind, head, *arguments = match.groups()
+        given = tuple(name for name in arguments if name)
+        symbol = Symbol(kind, head, given) if kind else self._resolve(head, given, "(" in text)
         if symbol not in self.index:
             raise GroundingError(f"symbol {text!r}; allowed names: {self._allowed()}")
         return self.index[symbol]

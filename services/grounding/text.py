@@ -4,10 +4,10 @@ import re
 from dataclasses import dataclass
 
 _WORD = re.compile(r"[^\W_]+(?:['\u2019-][^\W_]+)*")
-_CLITIC = re.compile(r"^(.+)['\u2019]s$")
+_CLITIC = re.compile(r"^(.+)('(?:s|ll|re|ve|d|m))$")
 
 MAX_WORDS = 40
-"""Longest instruction that is parsed; the chart grows with the cube of the length."""
+"""Longest instruction that is parsed whole; the chart grows with the cube of the length."""
 
 
 @dataclass(frozen=True)
@@ -24,9 +24,14 @@ def tokenize(text: str) -> tuple[Token, ...]:
     """Splits text into words; punctuation, emoji and control characters separate words."""
     tokens: list[Token] = []
     for match in _WORD.finditer(text):
-        word = match.group().lower().replace("\u2019", "'")
-        clitic = _CLITIC.match(word)
-        tokens.append(Token(clitic.group(1) if clitic else word, match.start()))
-        if clitic:
-            tokens.append(Token("'s", match.end() - 2))
+        start = match.start()
+        for part in split_clitic(match.group().lower().replace("\u2019", "'")):
+            tokens.append(Token(part, start))
+            start += len(part)
     return tuple(tokens)
+
+
+def split_clitic(word: str) -> tuple[str, ...]:
+    """Parts "you'll" into "you" and "'ll"; other words stay whole."""
+    clitic = _CLITIC.match(word)
+    return clitic.groups() if clitic else (word,)

@@ -4,10 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from services.grounding.features import SymbolSet
-from services.grounding.symbols import ROBOT, Symbol, SymbolTable
-
-UNKNOWN = "unknown"
-"""The symbol of every kind for what the robot has no name for; mode or relation left open."""
+from services.grounding.symbols import ROBOT, UNKNOWN, Symbol, SymbolTable
 
 _LEAST_SPECIFIC = (UNKNOWN, "near", "away")
 
@@ -55,7 +52,14 @@ class Understanding:
     annotations: tuple[Annotation, ...]
     """Best first; their probabilities and `other_mass` sum to one."""
     intents: tuple[Intent, ...]
-    """Best first; with `statement_mass` and `other_mass` they sum to one."""
+    """Best first; with `statement_mass` and `other_mass` they sum to one.
+
+    Of a sequence, what is to be done first.
+    """
+    steps: tuple[Intent, ...]
+    """What is to be done one after the other; the first is the best intent, most have no other."""
+    correction: bool
+    """Whether the text takes back an earlier one: "no, the one behind the tree"."""
     statement_mass: float
     """Probability that nothing is to be done."""
     other_mass: float
@@ -124,7 +128,7 @@ def _places(symbols: list[Symbol], goal: str) -> list[tuple[str, str]]:
     """(relation, landmark) pairs that say where the goal is."""
     facts = [s for s in symbols if s.kind == "fact" and s.arguments[0] == goal]
     regions = [s for s in symbols if s.kind == "region" and goal == ROBOT]
-    return [(s.head, s.arguments[-1]) for s in facts + regions]
+    return [(s.head, s.arguments[-1]) for s in facts + regions if s.head != UNKNOWN]
 
 
 def _chosen(places: list[tuple[str, str]], comparative: bool) -> tuple[str, str]:

@@ -1,19 +1,37 @@
 """Reading and writing learned weights as small, diffable text."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from services.grounding.behavior import PAIR_FEATURES
 from services.grounding.dcg import Weights
 from services.grounding.errors import GroundingError
-from services.grounding.features import MATCHES
-from services.grounding.symbols import SymbolTable
+from services.grounding.features import FactorFeatures
 
 WEIGHTS = Path(__file__).parent / "weights"
 DECIMALS = 3
+
+Rows = dict[str, dict[str, float]]
+"""{language feature: {attribute or match: weight}}, zeros left out."""
+
+
+@dataclass(frozen=True)
+class ModelWeights:
+    """Everything that is learned for one robot."""
+
+    factors: Weights
+    """Of the factors over symbols."""
+    rules: Weights | None
+    """Of the factors over rules, for a robot whose symbols are pruned (HDCG)."""
+    pairs: NDArray[np.float64]
+    """Weight of each of `PAIR_FEATURES`."""
+    temperature: float
+    """What divides the log probabilities of readings, so that they are calibrated."""
 
 
 def weights_path(robot: str) -> Path:
@@ -21,15 +39,29 @@ def weights_path(robot: str) -> Path:
     return WEIGHTS / f"{robot}.json"
 
 
-def save_weights(path: Path, weights: Weights, table: SymbolTable, extra: dict[str, Any]) -> None:
-    """Writes {language feature: {attribute or match: weight}} and `extra`; zeros are left out."""
+def save_weights(
+    path: Path, weights: ModelWeights, factors: FactorFeatures, rules: FactorFeatures
+) -> None:
+    """Writes the weights by the names of their features."""
+    pairs = zip(PAIR_FEATURES, weights.pairs.round(DECIMALS).tolist(), strict=True)
+    named = {"factors": _named_rows(weights.factors, factors)}
+    if weights.rules:
+        named["rules"] = _named_rows(weights.rules, rules)
+    parts = [
+        f'"temperature": {round(weights.temperature, DECIMALS)}',
+        f'"pairs": {json.dumps(dict(pairs))}',
+        *(f'"{key}": {{\n{_lines(rows)}\n}}' for key, rows in named.items()),
+    ]
+    path.write_text("{" + ",\n".join(parts) + "}\n", encoding="utf-8")
+
+
+def _named_rows(weights: Weights, features: FactorFeatures) -> Rows:
     rows = {
-        name: _named(weights.static[row], table.attributes) | _named(weights.match[row], MATCHES)
+        name: _named(weights.static[row], features.attributes)
+        | _named(weights.match[row], features.match_names)
         for name, row in weights.language.items()
     }
-    lines = ",\n".join(f"  {json.dumps(name)}: {json.dumps(row)}" for name, row in rows.items())
-    body = "".join(f"{json.dumps(key)}: {json.dumps(value)},\n" for key, value in extra.items())
-    path.write_text(f'{{{body}"factors": {{\n{lines}\n}}}}\n', encoding="utf-8")
+    return {name: row for name, row in rows.items() if row}
 
 
 def _named(row: NDArray[np.float64], names: tuple[str, ...]) -> dict[str, float]:
@@ -37,8 +69,12 @@ def _named(row: NDArray[np.float64], names: tuple[str, ...]) -> dict[str, float]
     return {name: value for name, value in values if value}
 
 
-def load_weights(path: Path, table: SymbolTable) -> tuple[Weights, dict[str, Any]]:
-    """Reads what `save_weights` wrote; returns the factors' weights and the extra items.
+def _lines(rows: Rows) -> str:
+    return ",\n".join(f"  {json.dumps(name)}: {json.dumps(row)}" for name, row in rows.items())
+
+
+def load_weights(path: Path, factors: FactorFeatures, rules: FactorFeatures) -> ModelWeights:
+    """Reads what `save_weights` wrote.
 
     Raises:
         GroundingError: there is no such file, or it names features that this version lacks.
@@ -50,14 +86,22 @@ def load_weights(path: Path, table: SymbolTable) -> tuple[Weights, dict[str, Any
             f"make them with: incognita train grounding --robot {path.stem}"
         )
     document: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    factors: dict[str, dict[str, float]] = document.pop("factors")
-    static = _matrix(factors, table.attributes)
-    match = _matrix(factors, MATCHES)
-    unknown = {name for row in factors.values() for name in row} - {*table.attributes, *MATCHES}
-    if unknown:
-        raise GroundingError(f"{path.name} names unknown features: {', '.join(sorted(unknown))}")
-    return Weights({name: row for row, name in enumerate(factors)}, static, match), document
+    return ModelWeights(
+        factors=_weights(document["factors"], factors, path.name),
+        rules=_weights(document["rules"], rules, path.name) if "rules" in document else None,
+        pairs=np.array([document["pairs"].get(name, 0.0) for name in PAIR_FEATURES]),
+        temperature=document["temperature"],
+    )
 
 
-def _matrix(factors: dict[str, dict[str, float]], names: tuple[str, ...]) -> NDArray[np.float64]:
-    return np.array([[row.get(name, 0.0) for name in names] for row in factors.values()])
+def _weights(rows: Rows, features: FactorFeatures, file: str) -> Weights:
+    column = {name: at for at, name in enumerate((*features.attributes, *features.match_names))}
+    matrix = np.zeros((len(rows), len(column)))
+    for at, row in enumerate(rows.values()):
+        unknown = [name for name in row if name not in column]
+        if unknown:
+            raise GroundingError(f"{file} names unknown features: {', '.join(sorted(unknown))}")
+        matrix[at, [column[name] for name in row]] = list(row.values())
+    language = {name: at for at, name in enumerate(rows)}
+    statics = len(features.attributes)
+    return Weights(language, matrix[:, :statics], matrix[:, statics:])

@@ -1,10 +1,18 @@
-"""Readings of an utterance: annotations in the map's vocabulary."""
+"""Readings of what was said: annotations in the map's vocabulary.
+
+Annotations are joint over all utterances that speak of the same things, so that the newest message
+about an instruction carries the evidence of all of them. The relation that the instruction itself
+is about becomes part of the hypotheses; the others stay with them as clues.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from schemas.language import Annotation, Annotations
+from schemas.language import Relation as Said
+from services.mapping import prior
+from services.mapping.clues import Clue
 from services.mapping.relations import Relation, relation_named
 
 robot_class = "robot"
@@ -23,11 +31,16 @@ class Reading:
     """Class index; None without a relation, and when the landmark is the robot itself."""
     comparative: bool
     """No other thing of the figure's class stands nearer to the landmark."""
+    clues: tuple[Clue, ...] = ()
+    """What else is said about the figure or the landmark."""
 
 
 def readings_of(message: Annotations, vocabulary: tuple[str, ...]) -> tuple[Reading, ...]:
-    """All readings whose classes the map knows; empty when the message is no evidence."""
-    if not message.understood:
+    """All readings whose classes the map knows; empty when the message is no evidence.
+
+    The evidence of an utterance about another instruction is in that one's annotations.
+    """
+    if not message.understood or message.revises:
         return ()
     found = [_reading(annotation, message, vocabulary) for annotation in message.annotations]
     return tuple(reading for reading in found if reading)
@@ -37,7 +50,7 @@ def _reading(
     annotation: Annotation, message: Annotations, vocabulary: tuple[str, ...]
 ) -> Reading | None:
     wanted = [behavior.object for behavior in message.behaviors]
-    stated = sorted(annotation.relations, key=lambda relation: relation.figure not in wanted[:1])
+    stated = sorted(annotation.relations, key=lambda relation: _rank(relation, message))
     if stated:
         figure, name, landmark = stated[0].figure, stated[0].relation, stated[0].landmark
     else:
@@ -52,6 +65,36 @@ def _reading(
         relation=relation_named(name, comparative) if name else None,
         landmark=vocabulary.index(landmark) if landmark not in (None, robot_class) else None,
         comparative=comparative,
+        clues=tuple(clue for other in stated[1:] if (clue := _clue(other, stated[0], vocabulary))),
+    )
+
+
+def _rank(relation: Said, message: Annotations) -> int:
+    """Lower for what the instruction is about."""
+    if not message.behaviors:
+        return 0
+    best = message.behaviors[0]
+    if relation.figure != best.object:
+        return 2
+    return 0 if (relation.relation, relation.landmark) == (best.relation, best.landmark) else 1
+
+
+def _clue(said: Said, main: Said, vocabulary: tuple[str, ...]) -> Clue | None:
+    """A relation as a clue about the things of the main one; None if it is about others."""
+    of_figure = main.figure in (said.figure, said.landmark)
+    anchor = main.figure if of_figure else main.landmark
+    if anchor not in (said.figure, said.landmark) or anchor == robot_class:
+        return None
+    other_is_landmark = said.figure == anchor
+    other = said.landmark if other_is_landmark else said.figure
+    if other not in vocabulary or other in (main.figure, main.landmark):
+        return None
+    return Clue(
+        relation=relation_named(said.relation, comparative=False),
+        of_figure=of_figure,
+        other=None if other == robot_class else vocabulary.index(other),
+        other_is_landmark=other_is_landmark,
+        radii=prior.typical_radius(anchor) + prior.typical_radius(other),
     )
 
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from robots.spec import CameraSpec
 from schemas.arrays import Floats
 from schemas.geometry import Pose2
 from schemas.perception import Detections
@@ -30,13 +31,13 @@ class SemanticFilter:
 
     Args:
         classes: vocabulary of object classes.
-        reach: range to which the camera is trusted [m].
+        camera: how far it is trusted.
         count: number of particles.
         rng: the only source of randomness.
     """
 
     def __init__(
-        self, classes: tuple[str, ...], reach: float, count: int, rng: np.random.Generator
+        self, classes: tuple[str, ...], camera: CameraSpec, count: int, rng: np.random.Generator
     ) -> None:
         origin = Pose2(0.0, 0.0, 0.0)
         self.classes = classes
@@ -47,7 +48,7 @@ class SemanticFilter:
         self.readings: tuple[Reading, ...] = ()
         self.particles: Particles = empty_particles(count)
         self._log_target: Floats = np.zeros(count)
-        self._reach = reach
+        self._camera = camera
         self._count = count
         self._stale = False
         self._rng = rng
@@ -118,7 +119,7 @@ class SemanticFilter:
 
     def _look(self, detections: Detections, picture: Picture) -> bool:
         """Negative evidence, for places and for known things; True if one of these is gone."""
-        view = visibility.view_of(detections, self._reach)
+        view = visibility.view_of(detections, self._camera)
         visibility.look(self.grid, view, picture.map_from_base, picture.points_base)
         return self.objects.miss(picture, view)
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from robots.catalogue import get_robot
+from robots.catalogue import robot_of
 from schemas import topics
 from schemas.belief import MapBelief, OccupancyGrid
 from schemas.geometry import Pose2
@@ -25,11 +25,12 @@ class MappingNode:
     """Publishes a belief after every picture and utterance, and the grid twice a second."""
 
     def __init__(self, run: RunConfig, rng: np.random.Generator) -> None:
-        robot = get_robot(run.robot)
-        classes, reach = robot.symbols.object_classes, robot.camera.range_max
-        self._filter = SemanticFilter(classes, reach, run.particles, rng)
+        robot = robot_of(run)
+        classes = robot.symbols.object_classes
+        self._filter = SemanticFilter(classes, robot.camera, run.particles, rng)
         self._odom_from_base = Pose2(0.0, 0.0, 0.0)
         self._instruction_id = ""
+        self._heard_at: dict[str, Pose2] = {}
         self._last_picture_ns = -1
         self._last_grid_ns: int | None = None
 
@@ -72,16 +73,18 @@ class MappingNode:
         return self._belief(message.stamp_ns)
 
     def on_annotations(self, message: Annotations) -> Iterable[Output]:
-        """Take an utterance as evidence, once."""
+        """Take what was said as evidence, again only if it has changed."""
+        name = message.instruction_id
+        heard_at = self._heard_at.setdefault(name, self._odom_from_base)
         readings = readings_of(message, self._filter.classes)
-        known = message.instruction_id == self._instruction_id
-        if not readings or (known and self._filter.readings):
+        known = name == self._instruction_id
+        if not readings or (known and readings == self._filter.readings):
             return ()
-        if known:
+        if known and not self._filter.readings:
             self._filter.recall(readings)
         else:
-            self._instruction_id = message.instruction_id
-            self._filter.hear(readings, self._odom_from_base)
+            self._instruction_id = name
+            self._filter.hear(readings, self._heard_at.get(message.viewpoint, heard_at))
         return self._belief(message.stamp_ns)
 
     def on_own_belief(self, message: MapBelief) -> Iterable[Output]:
@@ -89,7 +92,9 @@ class MappingNode:
         restore(self._filter, message)
         self._instruction_id = message.instruction_id
         self._last_picture_ns = message.stamp_ns
-        self._odom_from_base = message.map_from_odom.inverse() @ message.map_from_base
+        odom_from_map = message.map_from_odom.inverse()
+        self._odom_from_base = odom_from_map @ message.map_from_base
+        self._heard_at[message.instruction_id] = odom_from_map @ message.viewer
         return ()
 
     def on_own_grid(self, message: OccupancyGrid) -> Iterable[Output]:

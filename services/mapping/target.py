@@ -6,6 +6,7 @@ For a reading with figure class h, relation and landmark class c, in logs:
     + [l seen: P(class = c) existence / rho,  l hypothesised: missed(l)]
     + [f seen: P(class = h) existence / rho,  f hypothesised: missed(f)]
     + [comparative, and a competitor is nearer: 0.01]
+    + what else was said about f or l (`clues`)
 
 rho, the density of unrelated objects, is the concentration of the Dirichlet process of Section
 "Modifying the graph based on natural language"; `missed` is Eq. likelihood_appearance for the
@@ -18,8 +19,9 @@ import numpy as np
 
 from schemas.arrays import Flags, Floats, Ints
 from schemas.geometry import Pose2
-from services.mapping import prior, relations
+from services.mapping import clues, prior, relations
 from services.mapping.annotations import Reading
+from services.mapping.clues import Clue
 from services.mapping.grid import Grid
 from services.mapping.objects import ObjectColumns
 from services.mapping.particles import Particles
@@ -99,6 +101,8 @@ def _of_reading(particles: Particles, reading: Reading, evidence: Evidence) -> F
     if reading.relation is None:
         return value + prior.log_place(particles.figure_position, evidence.viewer)
     value += _relation_term(particles, reading, reading.relation, evidence)
+    for clue in reading.clues:
+        value += _clue_term(particles, clue, evidence)
     if reading.landmark is None:
         return value
     value += prior.log_place(particles.landmark_position, evidence.viewer) + _standing(
@@ -131,6 +135,12 @@ def _relation_term(
     frame = relation_frame(reading, particles.landmark_position, evidence.viewer)
     offset = particles.figure_position - particles.landmark_position
     return relations.log_likelihood(relation, frame, offset, radii, variance)
+
+
+def _clue_term(particles: Particles, clue: Clue, evidence: Evidence) -> Floats:
+    anchors = particles.figure_position if clue.of_figure else particles.landmark_position
+    log_missed = missed(clues.unseen_places(evidence.viewer), evidence)
+    return clues.log_factor(clue, anchors, evidence.objects, log_missed, evidence.viewer)
 
 
 def _variance(numbers: Ints, objects: ObjectColumns) -> Floats:

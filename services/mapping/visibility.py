@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robots.spec import CameraSpec
 from schemas.arrays import Flags, Floats, Floats32
 from schemas.geometry import Pose2
 from schemas.perception import Detections
@@ -35,12 +36,15 @@ class View:
     near: float
     """[m]"""
     reach: float
-    """Beyond this nothing is detected [m]."""
+    """To which the camera is trusted [m]."""
+    sharp_share: float = 0.6
+    blind_share: float = 1.2
+    """As in `CameraSpec`."""
 
     def detectable(self, distance: Floats) -> Floats:
-        """P_D by distance: constant near, falling to zero at 1.2 of the trusted range."""
-        fall = np.clip((1.2 * self.reach - distance) / (0.6 * self.reach), 0.0, 1.0)
-        return detection_probability * fall
+        """P_D by distance: constant near, falling to zero about the end of the trusted range."""
+        fall = (self.blind_share - distance / self.reach) / (self.blind_share - self.sharp_share)
+        return detection_probability * np.clip(fall, 0.0, 1.0)
 
     def shows(self, distance: Floats, bearing: Floats) -> Flags:
         """Whether places at these polar coordinates lie in plain view."""
@@ -52,10 +56,16 @@ class View:
         return wide & (distance > self.near) & (distance < reach)
 
 
-def view_of(detections: Detections, reach: float) -> View:
-    """The view of a picture; `reach` is the camera's trusted range [m]."""
-    ranges = np.nan_to_num(detections.view_ranges, posinf=1e3)
-    return View(detections.view_bearings, ranges, detections.view_near, reach)
+def view_of(detections: Detections, camera: CameraSpec) -> View:
+    """The view of a picture, and how far the camera is trusted."""
+    return View(
+        bearings=detections.view_bearings,
+        ranges=np.nan_to_num(detections.view_ranges, posinf=1e3),
+        near=detections.view_near,
+        reach=camera.range_max,
+        sharp_share=camera.sharp_share,
+        blind_share=camera.blind_share,
+    )
 
 
 def look(grid: Grid, view: View, map_from_base: Pose2, detected: Floats) -> None:
@@ -67,7 +77,7 @@ def look(grid: Grid, view: View, map_from_base: Pose2, detected: Floats) -> None
         map_from_base: where the picture was taken.
         detected: (N, 2) positions in the base frame of everything the picture shows [m].
     """
-    reach = 1.2 * view.reach
+    reach = view.blind_share * view.reach
     _, distance, bearing = grid.around(map_from_base, reach)
     bare = view.shows(distance, bearing) & ~_shielded(distance, bearing, detected)
     chance = np.where(bare, view.detectable(distance), 0.0)

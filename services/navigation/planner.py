@@ -46,9 +46,13 @@ def plan(costmap: Costmap, start: Floats, goal: Floats) -> Path:
     cells = _trace(predecessors, first, last)
     points = costmap.centers(*np.unravel_index(cells, costmap.cost.shape))
     points[0] = start
-    if float(np.hypot(*(points[-1] - goal))) < costmap.resolution:
+    if float(np.hypot(*(points[-1] - goal))) < costmap.resolution and _is_free(costmap, goal):
         points[-1] = goal
     return Path(_dense(_straightened(costmap, points)), float(distances[last]))
+
+
+def _is_free(costmap: Costmap, point: Floats) -> bool:
+    return bool(np.isfinite(costmap.cost_along(point[None]))[0])
 
 
 def is_blocked(costmap: Costmap, path: Floats) -> bool:
@@ -108,7 +112,8 @@ def _furthest_straight(costmap: Costmap, points: Floats, start: int) -> int:
     while jump > 1:
         end = start + jump
         straight = _integral(costmap, points[[start, end]])
-        if straight <= _integral(costmap, points[start : end + 1]) + 1e-6:
+        # Where the way itself touches what is not free, that is no reason to go right through.
+        if np.isfinite(straight) and straight <= _integral(costmap, points[start : end + 1]) + 1e-6:
             return end
         jump = jump * 2 // 3
     return start + 1

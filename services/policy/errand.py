@@ -17,6 +17,9 @@ from services.policy.referents import Referents
 time_limit_s = 300.0
 """Of message time, pauses by the stop latch not counted [s]."""
 
+answer_limit_s = 120.0
+"""So long an instruction waits for the answer to a question [s]."""
+
 _failures_in_a_row = 6
 _idle_in_a_row = 5
 """A grid that is short of a scan may hide all ways for a moment."""
@@ -40,8 +43,8 @@ class Errand:
     instruction_id: str
     text: str
     started_ns: int
-    mode: str = "unknown"
-    """How to go there: "safely", "quickly" or "unknown"."""
+    meaning: Annotations | None = None
+    """As last heard; None until it is heard again after a restart."""
     decisions: int = 0
     goal: Goal | None = None
     """The last one that was sent."""
@@ -52,9 +55,24 @@ class Errand:
     idle: int = 0
     """Decisions one after the other in which nothing was left to look at."""
     paused_ns: int = 0
-    """Time spent under the stop latch."""
+    """Time spent under the stop latch, or waiting for an answer."""
     refused: list[Floats] = field(default_factory=list[Floats])
     tried: list[Floats] = field(default_factory=list[Floats])
+
+    @property
+    def mode(self) -> str:
+        """How to go there: "safely", "quickly" or "unknown"."""
+        best = self.meaning.behaviors[:1] if self.meaning else ()
+        return best[0].mode if best else "unknown"
+
+    def revise(self, annotations: Annotations) -> bool:
+        """Take up what the instruction means now; True if that is something else than before."""
+        before, self.meaning = self.meaning, annotations
+        if before is None or _evidence(before) == _evidence(annotations):
+            return False
+        self.text, self.pace, self.idle = annotations.text, None, 0
+        self.tried.clear()
+        return True
 
     def searching_s(self, stamp_ns: int) -> float:
         """Time since the start, without pauses [s]."""
@@ -127,6 +145,8 @@ class Errand:
 
 def ending_at_once(annotations: Annotations) -> Ending | None:
     """Whether an utterance needs no behaviour at all."""
+    if annotations.revises:
+        return Ending(TaskState.SUCCEEDED, None, "noted")
     if not annotations.understood:
         reason = _why_not_understood(annotations)
         return Ending(TaskState.FAILED, Failure.NOT_UNDERSTOOD, reason)
@@ -135,9 +155,20 @@ def ending_at_once(annotations: Annotations) -> Ending | None:
     return None
 
 
-def mode_of(annotations: Annotations) -> str:
-    """Mode of the best behaviour."""
-    return annotations.behaviors[0].mode if annotations.behaviors else "unknown"
+def awaits_answer(annotations: Annotations) -> bool:
+    """Whether nothing can be done before a question is answered that has answers."""
+    return not annotations.understood and bool(annotations.question and annotations.options)
+
+
+def no_answer(annotations: Annotations) -> Ending:
+    """How an instruction ends whose question nobody answered."""
+    reason = f"no answer within {answer_limit_s:.0f} s to: {annotations.question}"
+    return Ending(TaskState.FAILED, Failure.NOT_UNDERSTOOD, reason)
+
+
+def _evidence(annotations: Annotations) -> tuple[object, ...]:
+    """What of an instruction's meaning decides where to go."""
+    return (annotations.annotations, annotations.behaviors)
 
 
 def _why_not_understood(annotations: Annotations) -> str:

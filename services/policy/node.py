@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from robots.catalogue import get_robot
+from robots.catalogue import robot_of
 from schemas import topics
 from schemas.belief import MapBelief, OccupancyGrid
 from schemas.geometry import Pose2
@@ -14,7 +14,14 @@ from schemas.run import RunConfig
 from schemas.sensing import Odometry
 from schemas.task import CancelRequest, GoalStatus, InstructionStatus, TaskState
 from schemas.topics import Handlers, Output
-from services.policy.errand import Ending, Errand, ending_at_once, mode_of
+from services.policy.errand import (
+    Ending,
+    Errand,
+    answer_limit_s,
+    awaits_answer,
+    ending_at_once,
+    no_answer,
+)
 from services.policy.pairing import Pairing, Reading
 from services.policy.policy import BeliefPolicy, Choice
 from services.policy.reports import decision_of, goal_of, halt, progress, status_of
@@ -26,9 +33,11 @@ class PolicyNode:
 
     def __init__(self, run: RunConfig, rng: np.random.Generator) -> None:
         del rng  # The policy is deterministic.
-        self._spec = get_robot(run.robot)
+        self._spec = robot_of(run)
         self._policy = BeliefPolicy(self._spec, load_rule(run.robot))
         self._errand: Errand | None = None
+        self._waiting: Errand | None = None
+        self._asked_ns = 0
         self._pairing = Pairing("", 0)
         self._ended: set[str] = set()
         self._grid: OccupancyGrid | None = None
@@ -69,11 +78,15 @@ class PolicyNode:
         return ()
 
     def on_annotations(self, annotations: Annotations) -> Iterable[Output]:
-        """Start an instruction, or say why not."""
-        instruction_id = annotations.instruction_id
-        if self._errand and self._errand.instruction_id == instruction_id:
-            self._errand.mode = mode_of(annotations)
-        elif instruction_id not in self._ended:
+        """Start an instruction, wait for an answer about it, revise it, or say why not."""
+        name = annotations.instruction_id
+        if name in self._ended:
+            return
+        if self._errand and self._errand.instruction_id == name and annotations.understood:
+            yield from self._revise(self._errand, annotations)
+        elif awaits_answer(annotations):
+            yield from self._wait(annotations)
+        else:
             yield from self._hear(annotations)
 
     def on_belief(self, belief: MapBelief) -> Iterable[Output]:
@@ -91,9 +104,12 @@ class PolicyNode:
         return ()
 
     def on_odometry(self, odometry: Odometry) -> Iterable[Output]:
-        """Know where the robot is between beliefs."""
+        """Know where the robot is between beliefs, and how long an answer is waited for."""
         self._odom_from_base = odometry.odom_from_base
-        return ()
+        waiting = self._waiting
+        if waiting and odometry.stamp_ns - self._asked_ns > answer_limit_s * 1e9:
+            assert waiting.meaning is not None
+            yield from self._drop_waiting(no_answer(waiting.meaning), odometry.stamp_ns)
 
     def on_goal_status(self, status: GoalStatus) -> Iterable[Output]:
         """Learn that a goal was reached or given up; the next belief leads to a decision."""
@@ -114,32 +130,68 @@ class PolicyNode:
 
     def on_cancel(self, request: CancelRequest) -> Iterable[Output]:
         """Drop the instruction and stand still."""
+        ending = Ending(TaskState.CANCELLED, None, f"cancelled by {request.source}")
+        yield from self._drop_waiting(ending, request.stamp_ns)
         if self._errand:
-            reason = f"cancelled by {request.source}"
-            ending = Ending(TaskState.CANCELLED, None, reason)
             yield from self._end(self._errand, ending, request.stamp_ns)
 
     def _hear(self, annotations: Annotations) -> Iterable[Output]:
         stamp_ns = annotations.stamp_ns
-        heard = Errand(
-            instruction_id=annotations.instruction_id,
-            text=annotations.text,
-            started_ns=stamp_ns,
-            mode=mode_of(annotations),
-        )
+        heard = self._heard(annotations)
         at_once = ending_at_once(annotations)
         if at_once is None:
+            replaced = Ending(TaskState.CANCELLED, None, "replaced by a newer instruction")
             if self._errand:
-                replaced = Ending(TaskState.CANCELLED, None, "replaced by a newer instruction")
                 yield from self._end(self._errand, replaced, stamp_ns)
+            yield from self._drop_waiting(replaced, stamp_ns)
             self._begin(heard)
             yield topics.INSTRUCTION_STATUS.of(progress(heard, stamp_ns, "understood"))
             return
         self._ended.add(heard.instruction_id)
         yield topics.INSTRUCTION_STATUS.of(status_of(heard, stamp_ns, at_once))
-        if self._errand:  # The last status is what late joiners see: let it be the one that runs.
-            going_on = progress(self._errand, stamp_ns, "going on")
-            yield topics.INSTRUCTION_STATUS.of(going_on)
+        yield from self._go_on(stamp_ns, "going on")
+
+    def _heard(self, annotations: Annotations) -> Errand:
+        """The errand of an utterance; one that was waited for is no longer."""
+        stamp_ns, name = annotations.stamp_ns, annotations.instruction_id
+        heard = Errand(name, annotations.text, stamp_ns, meaning=annotations)
+        waiting = self._waiting
+        if waiting and waiting.instruction_id == name:
+            self._waiting, heard.started_ns = None, waiting.started_ns
+            heard.paused_ns = stamp_ns - waiting.started_ns
+        return heard
+
+    def _wait(self, annotations: Annotations) -> Iterable[Output]:
+        """Stay where the robot is, or go on with an earlier instruction, until it is answered."""
+        stamp_ns, name = annotations.stamp_ns, annotations.instruction_id
+        if self._errand and self._errand.instruction_id == name:
+            # After a restart, or a correction that is not clear: what was begun is left alone.
+            yield from self._halt(self._errand, stamp_ns)
+            self._waiting, self._errand = self._errand, None
+        heard = self._heard(annotations)
+        replaced = Ending(TaskState.CANCELLED, None, "replaced by a newer instruction")
+        yield from self._drop_waiting(replaced, stamp_ns)
+        self._waiting, self._asked_ns = heard, stamp_ns
+        reason = f"waiting for an answer: {annotations.question}"
+        yield topics.INSTRUCTION_STATUS.of(progress(heard, stamp_ns, reason))
+        yield from self._go_on(stamp_ns, "going on")
+
+    def _revise(self, errand: Errand, annotations: Annotations) -> Iterable[Output]:
+        if errand.revise(annotations):
+            self._pairing = Pairing(errand.instruction_id, annotations.stamp_ns)
+            yield from self._go_on(annotations.stamp_ns, f"going on: {annotations.text}")
+
+    def _go_on(self, stamp_ns: int, reason: str) -> Iterable[Output]:
+        """The last status is what late joiners see: let it be the one that runs."""
+        if self._errand:
+            yield topics.INSTRUCTION_STATUS.of(progress(self._errand, stamp_ns, reason))
+
+    def _drop_waiting(self, ending: Ending, stamp_ns: int) -> Iterable[Output]:
+        waiting, self._waiting = self._waiting, None
+        if waiting:
+            self._ended.add(waiting.instruction_id)
+            yield topics.INSTRUCTION_STATUS.of(status_of(waiting, stamp_ns, ending))
+            yield from self._go_on(stamp_ns, "going on")
 
     def _follow(self, reading: Reading | None) -> Iterable[Output]:
         errand, pose = self._errand, self._map_from_base()
@@ -172,15 +224,18 @@ class PolicyNode:
 
     def _begin(self, errand: Errand) -> None:
         self._errand = errand
-        self._pairing = Pairing(errand.instruction_id, errand.started_ns)
+        self._pairing = Pairing(errand.instruction_id, errand.started_ns + errand.paused_ns)
 
     def _end(self, errand: Errand, ending: Ending, stamp_ns: int) -> Iterable[Output]:
         self._errand = None
         self._ended.add(errand.instruction_id)
+        yield from self._halt(errand, stamp_ns)
+        yield topics.INSTRUCTION_STATUS.of(status_of(errand, stamp_ns, ending))
+
+    def _halt(self, errand: Errand, stamp_ns: int) -> Iterable[Output]:
         pose = self._map_from_base()
         if pose is not None and errand.decisions:
             yield topics.GOAL.of(halt(errand, pose, stamp_ns))
-        yield topics.INSTRUCTION_STATUS.of(status_of(errand, stamp_ns, ending))
 
     def _map_from_base(self) -> Pose2 | None:
         if self._map_from_odom is None or self._odom_from_base is None:

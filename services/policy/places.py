@@ -9,13 +9,14 @@ from services.policy.candidates import Candidates, Kind, looking
 from services.policy.referents import Referents
 from services.policy.terrain import Terrain
 
-stand_off = 1.2
+stand_off = 1.0
 """From the surface of the thing that is meant to the centre of the base [m]."""
 
 _cluster = 2.0
 _figure_clusters, _landmark_clusters = 6, 4
-_viewing = ((3.2, (0.0, 60.0, -60.0, 120.0, -120.0, 180.0)), (5.0, (0.0,)))
-"""Distances [m] and directions [deg], from the near side, from which to look at a hypothesis."""
+_viewing = ((0.46, (0.0, 60.0, -60.0, 120.0, -120.0, 180.0)), (0.71, (0.0,)))
+"""Shares of the trusted range and directions [deg], from the near side, from which to look at a
+hypothesis."""
 _approaches = np.radians(np.arange(0.0, 360.0, 30.0))
 _turns = np.radians(np.arange(0.0, 360.0, 45.0))
 _turn_target = 3.0
@@ -38,13 +39,13 @@ def hypotheses(referents: Referents) -> Floats:
     return np.concatenate([figures[:_figure_clusters], landmarks[:_landmark_clusters]])
 
 
-def views_of(centers: Floats, map_from_base: Pose2) -> list[Candidates]:
+def views_of(centers: Floats, map_from_base: Pose2, range_max: float) -> list[Candidates]:
     """Places round each centre (N, 2) from which to look at it, and a look from here."""
     here = np.array([[map_from_base.x, map_from_base.y]])
     parts = [looking(Kind.HYPOTHESISED, centers, np.repeat(here, len(centers), axis=0))]
     for center in centers:
-        for distance, degrees in _viewing:
-            positions = _round(center, distance, np.radians(degrees), here[0])
+        for share, degrees in _viewing:
+            positions = _round(center, share * range_max, np.radians(degrees), here[0])
             target = np.repeat(center[None], len(positions), axis=0)
             parts.append(looking(Kind.HYPOTHESISED, target, positions))
     return parts

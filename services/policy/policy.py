@@ -22,7 +22,7 @@ _shortest_move = 0.7
 """Shorter moves show nothing new and would freeze the robot [m]."""
 _smallest_turn = np.radians(20.0)
 _refused_within = 0.7
-_standing_slack = 0.35
+_standing_slack = 0.25
 """Farther from the stand-off than this is not at the thing [m]."""
 _footprint_margin = 0.05
 _keep = 0.8
@@ -136,7 +136,7 @@ class BeliefPolicy:
         self, belief: MapBelief, referents: Referents, situation: Situation, pose: Pose2
     ) -> Candidates:
         parts = [places.turns(pose), places.frontiers(situation.terrain, pose, belief.viewer)]
-        parts += places.views_of(places.hypotheses(referents), pose)
+        parts += places.views_of(places.hypotheses(referents), pose, self._view.range_max)
         for object_id in seen_figures(referents):
             row = _row_of(belief, object_id)
             ways = places.approaches(belief.position[row], _radius_of(belief, row), object_id, pose)

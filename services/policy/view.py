@@ -11,11 +11,6 @@ from services.policy.terrain import Terrain
 
 _edge = np.radians(4.0)
 """Objects this near the edge of the picture are cut off and not counted [rad]."""
-_near = 1.0
-"""Closer than this a low object is below the picture [m]."""
-_sharp_share, _blind_share = 0.6, 1.2
-"""Shares of the trusted range up to which the detector is at its best, and beyond which it sees
-nothing."""
 _detected_sharp = 0.9
 
 
@@ -27,6 +22,10 @@ class FieldOfView:
     """[rad]"""
     range_max: float
     """[m]"""
+    near: float
+    sharp_share: float
+    blind_share: float
+    """As in `CameraSpec`."""
 
     @property
     def area(self) -> float:
@@ -36,7 +35,15 @@ class FieldOfView:
     @staticmethod
     def of(camera: CameraSpec) -> "FieldOfView":
         """The field of view that a camera is trusted with."""
-        return FieldOfView(camera.horizontal_fov / 2 - _edge, camera.range_max)
+        half = camera.horizontal_fov / 2
+        return FieldOfView(
+            # A camera that looks all round has no edge.
+            half_angle=half - _edge if half < np.pi else half,
+            range_max=camera.range_max,
+            near=camera.near,
+            sharp_share=camera.sharp_share,
+            blind_share=camera.blind_share,
+        )
 
     def detection(self, poses: Floats, points: Floats, terrain: Terrain) -> Floats:
         """Probability (C, N) to detect an object at points (N, 2) from poses x, y, yaw (C, 3)."""
@@ -45,7 +52,7 @@ class FieldOfView:
         distance = np.hypot(offset[:, 0], offset[:, 1])
         bearing = np.arctan2(offset[:, 1], offset[:, 0]) - poses[pose, 2]
         off_axis = np.abs((bearing + np.pi) % (2 * np.pi) - np.pi)
-        shown = (off_axis < self.half_angle) & (distance > _near)
+        shown = (off_axis < self.half_angle) & (distance > self.near)
         pose, point, distance = pose[shown], point[shown], distance[shown]
         probability = np.zeros((len(poses), len(points)))
         sight = terrain.in_sight(poses[pose, :2], points[point])
@@ -57,9 +64,10 @@ class FieldOfView:
     ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """The few pairs near enough to each other, so that angles are computed for no others."""
         square = (points[:, 0] - poses[:, :1]) ** 2 + (points[:, 1] - poses[:, 1:2]) ** 2
-        pose, point = np.nonzero(square < (_blind_share * self.range_max) ** 2)
+        pose, point = np.nonzero(square < (self.blind_share * self.range_max) ** 2)
         return pose, point
 
     def _detected(self, distance: Floats) -> Floats:
-        fall = (_blind_share - distance / self.range_max) / (_blind_share - _sharp_share)
+        width = self.blind_share - self.sharp_share
+        fall = (self.blind_share - distance / self.range_max) / width
         return _detected_sharp * np.clip(fall, 0.0, 1.0)

@@ -10,7 +10,7 @@ from msgspec import Struct
 from schemas import topics
 from schemas.codec import MalformedMessageError, decode
 from schemas.health import StatusRequest, SystemStatus
-from schemas.language import Annotations, Instruction
+from schemas.language import Annotations, Answer, Instruction
 from schemas.motion import StopLatch
 from schemas.task import CancelRequest, InstructionStatus, TaskState
 from schemas.topics import Topic
@@ -54,6 +54,14 @@ class Client:
         )
         self._bus.publish(topics.INSTRUCTION.of(instruction))
         return instruction
+
+    def answer(self, text: str, instruction_id: str = "", source: str = "cli") -> Answer:
+        """Answer the question of an instruction; "" is whichever question is open."""
+        answer = Answer(
+            stamp_ns=clock.now_ns(), instruction_id=instruction_id, text=text, source=source
+        )
+        self._bus.publish(topics.ANSWER.of(answer))
+        return answer
 
     def latch_stop(self, stopped: bool, source: str = "cli") -> None:
         """Stop all motion, or release the stop. Sent several times: it must arrive."""
@@ -105,18 +113,24 @@ def follow_instruction(
     subscription: Subscription,
     instruction_id: str,
     timeout_s: float,
-    on_progress: Callable[[Annotations | InstructionStatus], None],
+    on_progress: Callable[[Annotations | InstructionStatus], bool | None],
 ) -> InstructionStatus | None:
-    """Follow an instruction to its end; None if that takes longer than the timeout."""
+    """Follow an instruction to its end; None if that takes longer than the timeout.
+
+    It ends as well when `on_progress` returns True; the last status is then returned.
+    """
     deadline = time.monotonic() + timeout_s
+    last: InstructionStatus | None = None
     while (left := deadline - time.monotonic()) > 0:
         for _, message in subscription.messages(min(left, 0.5)):
-            if isinstance(message, Annotations) and message.instruction_id == instruction_id:
-                on_progress(message)
-            if isinstance(message, InstructionStatus) and message.instruction_id == instruction_id:
-                on_progress(message)
-                if message.state is not TaskState.ACTIVE:
-                    return message
+            if not isinstance(message, Annotations | InstructionStatus):
+                continue
+            if message.instruction_id == instruction_id:
+                enough = on_progress(message)
+                if isinstance(message, InstructionStatus):
+                    last, enough = message, enough or message.state is not TaskState.ACTIVE
+                if enough:
+                    return last
             if time.monotonic() > deadline:
                 break
     return None

@@ -15,17 +15,16 @@ from schemas.language import Annotations, Instruction
 from schemas.run import RunConfig
 from schemas.sensing import Odometry
 from schemas.task import Failure, InstructionStatus, TaskState
-from services.process_table import PROCESSES
 from services.runtime.lockstep import Lockstep
 from services.runtime.mailbox import Sample
 from services.runtime.provenance import run_metadata
 from services.runtime.record import LogWriter
 from services.runtime.stopwatch import Stopwatch
 from services.runtime.trace import Trace
-from services.runtime.worker import build_node
-from sim.driver import SapienDriver
-from sim.experiments.truth import Truth
-from sim.node import RobotNode
+from sim.experiments.arms import Arm, Truthful, nodes_of
+from sim.experiments.assembly import modelled_assembly, table_assembly
+from sim.experiments.perception_model import PerceptionSettings
+from sim.experiments.truth import REACHED_M, Truth
 
 SECOND_NS = 1_000_000_000
 SAID_AT_NS = SECOND_NS
@@ -93,21 +92,40 @@ class _Observer:
         return self.status is not None and self.status.state is not TaskState.ACTIVE
 
 
+@dataclass(frozen=True)
+class Trial:
+    """What an experiment makes different from a run of the whole system."""
+
+    arm: Arm = "ours"
+    perception: PerceptionSettings | None = None
+    """Modelled perception in the place of rendered pictures."""
+    intended: tuple[str, ...] = ()
+    """Ids of the objects that are meant; by default what the words mean decides."""
+    reached_m: float = REACHED_M
+
+
 class Episode:
     """Builds all nodes of the table, runs them against modelled time, and judges the end."""
 
-    def __init__(self, run: RunConfig, text: str, log: Path | None = None) -> None:
-        self._run, self._text = run, text
+    def __init__(
+        self, run: RunConfig, text: str, log: Path | None = None, trial: Trial | None = None
+    ) -> None:
+        self._run, self._text, self._trial = run, text, trial or Trial()
         self._trace, self._observer = Trace(), _Observer()
         self._watch = Stopwatch()
         self._writer = LogWriter(log, run_metadata(run)) if log else None
-        processes = [process for process in PROCESSES if process.lockstep]
-        nodes = {process: build_node(process, run) for process in processes}
-        robot = next(node for node in nodes.values() if isinstance(node, RobotNode))
-        assert isinstance(robot.driver, SapienDriver)
-        self._truth = Truth(robot.driver, run)
+        settings = self._trial.perception
+        built = modelled_assembly(run, settings) if settings else table_assembly(run)
+        self._truth = Truth(built.driver, run, self._trial.intended, self._trial.reached_m)
+        truthful = Truthful(lambda: built.driver.world_from_base, self._truth.meant)
+        nodes = nodes_of(self._trial.arm, built.nodes, run, truthful)
         timed = {process: self._watch.timed(process.name, node) for process, node in nodes.items()}
         self._lockstep = Lockstep(timed, on_message=self._note)
+
+    @property
+    def within_reach(self) -> tuple[str, ...]:
+        """Ids of the objects that the robot stands at."""
+        return self._truth.within_reach()
 
     def run(self, progress: Progress) -> EpisodeResult:
         """Run to the end of the instruction, or to the time limit."""
@@ -153,7 +171,7 @@ class Episode:
             decisions=status.decisions if status else 0,
             failure=verdict.failure,
             seed=self._run.seed,
-            arm="ours",
+            arm=self._trial.arm,
             perception_cycles=seen.perception_cycles,
             perception_ms_mean=times("perception", topics.RGBD),
             behavior_inference_ms_per_particle=times("grounding", topics.BELIEF)
@@ -169,7 +187,9 @@ class Episode:
             self._writer.close()
 
 
-def run_episode(run: RunConfig, text: str, log: Path | None, progress: Progress) -> dict[str, Any]:
+def run_episode(
+    run: RunConfig, text: str, log: Path | None, progress: Progress, arm: Arm = "ours"
+) -> dict[str, Any]:
     """One episode; returns the contract's document."""
-    result = Episode(run, text, log).run(progress)
+    result = Episode(run, text, log, Trial(arm=arm)).run(progress)
     return msgspec.to_builtins(result)

@@ -34,8 +34,16 @@ class Truth:
     which objects satisfy that reading is decided here by true positions alone.
     """
 
-    def __init__(self, driver: SapienDriver, run: RunConfig) -> None:
+    def __init__(
+        self,
+        driver: SapienDriver,
+        run: RunConfig,
+        intended: tuple[str, ...] = (),
+        reached_m: float = REACHED_M,
+    ) -> None:
+        """`intended` are ids that an experiment means, whatever the words would allow."""
         self._driver = driver
+        self._intended, self._reached_m = intended, reached_m
         self._oracle = Oracle(
             make_world(run.world, run.seed),
             get_robot(run.robot).base,
@@ -56,7 +64,7 @@ class Truth:
 
     def judge(self, heard: Annotations | None, status: InstructionStatus | None) -> Verdict:
         """Success, or the first thing that went wrong."""
-        meant = self._meant(heard)
+        meant = self.meant(heard)
         error_m = min((self._oracle.distance_to(name) for name in meant), default=math.inf)
         path_m = min((self._shortest(name) for name in meant), default=0.0)
         failure = self._failure(status, bool(meant), error_m)
@@ -71,12 +79,14 @@ class Truth:
             return Failure.TIMEOUT
         if status.state is not TaskState.SUCCEEDED:
             return status.failure or Failure.FAULT
-        if exists and error_m <= REACHED_M:
+        if exists and error_m <= self._reached_m:
             return None
-        return Failure.WRONG_OBJECT if self._at_some_object() else Failure.STOPPED_EARLY
+        return Failure.WRONG_OBJECT if self.within_reach() else Failure.STOPPED_EARLY
 
-    def _meant(self, heard: Annotations | None) -> tuple[str, ...]:
+    def meant(self, heard: Annotations | None) -> tuple[str, ...]:
         """Ids of the objects that satisfy the best reading of the instruction."""
+        if self._intended:
+            return self._intended
         if heard is None or not heard.behaviors:
             return ()
         wanted = heard.behaviors[0]
@@ -94,9 +104,11 @@ class Truth:
 
     def _shortest(self, name: str) -> float:
         try:
-            return self._oracle.shortest_path_length(name, stop_at=REACHED_M)
+            return self._oracle.shortest_path_length(name, stop_at=self._reached_m)
         except OracleError:
             return math.inf
 
-    def _at_some_object(self) -> bool:
-        return any(self._oracle.distance_to(p.id) <= REACHED_M for p in self._oracle.objects)
+    def within_reach(self) -> tuple[str, ...]:
+        """Ids of the objects that the robot stands at."""
+        ids = [placed.id for placed in self._oracle.objects]
+        return tuple(i for i in ids if self._oracle.distance_to(i) <= self._reached_m)

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -229,3 +230,28 @@ def test_stop_is_in_reach_at_once(open_page, width, height):
     expect(stop).to_be_in_viewport(timeout=_patience_ms)
     above_say = stop.bounding_box()["y"] < say_box(page).bounding_box()["y"]
     assert above_say
+
+
+def test_a_question_is_answered_with_a_button_or_typed_and_goes_when_answered(ticker, open_page):
+    page = open_page()
+    answer = page.locator("label", has_text="Answer")
+    expect(answer).to_be_hidden()
+    asks = msgspec.structs.replace(
+        _annotations("i1"),
+        understood=False,
+        question='By "gizmo" do you mean a cone or a tree?',
+        options=("cone", "tree"),
+    )
+    ticker.put(topics.ANNOTATIONS.of(asks))
+    see(page, "I have a question")
+    page.get_by_role("button", name="tree").click()
+    said = ticker.wait_for(lambda output: output.topic is topics.ANSWER).message
+    assert (said.instruction_id, said.text) == ("i1", "tree")
+    box = answer.locator("xpath=ancestor::div[.//input][1]").locator("input")
+    box.fill("a barrel")
+    box.press("Enter")
+    ticker.wait_for(lambda output: getattr(output.message, "text", "") == "a barrel")
+    ticker.put(topics.ANNOTATIONS.of(_annotations("i1")))
+    expect(page.get_by_text("I have a question").first).to_be_hidden(timeout=_patience_ms)
+    expect(answer).to_be_hidden(timeout=_patience_ms)
+    expect(page.get_by_role("button", name="tree")).to_be_hidden(timeout=_patience_ms)

@@ -1,13 +1,14 @@
 """Behaviour inference in map hypotheses: geometry, and laws of the distribution."""
 
 import math
+import time
 
 import numpy as np
 import pytest
 
 from services.grounding.errors import GroundingError
-from services.grounding.model import BehaviorDistribution, GroundingModel
-from services.grounding.spatial import FAMILIES, GAP, Placement, truth, typical_offset
+from services.grounding.model import MAX_BEHAVIORS, BehaviorDistribution, GroundingModel
+from services.grounding.spatial import DENSITY, FAMILIES, Placement, truth, typical_offset
 from services.grounding.world import WorldObjects
 
 MODEL = GroundingModel.load("husky")
@@ -170,10 +171,20 @@ def test_wrong_shapes_name_what_is_allowed() -> None:
 
 def placement(u: float, v: float) -> Placement:
     one = np.ones(1)
-    return Placement(u * one, v * one, 0.5 * one, GAP * one, 0.0 * one)
+    return Placement(
+        along=u * one,
+        across=v * one,
+        touch=0.5 * one,
+        of_robot=False,
+        sight=5.0 * one,
+        axis_along=u * one,
+        axis_across=v * one,
+        margin=0.25 - max(abs(u), abs(v)) * one,
+        area=0.25 * one,
+    )
 
 
-@pytest.mark.parametrize("relation", ["back", "front", "left", "right", "near", "away"])
+@pytest.mark.parametrize("relation", DENSITY)
 def test_typical_place_is_true_for_the_relation(relation: str) -> None:
     u, v = typical_offset(relation, False)
     assert truth(relation, placement(u, v))[0] > 0.8
@@ -185,3 +196,47 @@ def test_opposite_directions_exclude_one_another() -> None:
         degrees = [truth(name, placement(u, v))[0] for name in directions]
         assert all(0.0 <= degree <= 1.0 for degree in degrees)
         assert sum(degrees) <= 1.0 + 1e-9
+
+
+@pytest.mark.parametrize(("degrees", "relation"), [(0, "back"), (50, "back"), (70, "left")])
+def test_sides_are_the_sectors_that_evaluation_uses(degrees: float, relation: str) -> None:
+    u, v = 3.0 * math.cos(math.radians(degrees)), 3.0 * math.sin(math.radians(degrees))
+    assert truth(relation, placement(u, v))[0] > 0.7
+
+
+def test_behind_the_robot_is_behind_its_back() -> None:
+    where = world(("cone", -4, 0), ("cone", 4, 0))
+    assert infer("go to the cone in front of you", where).behaviors[0].object_index == 1
+    assert infer("go to the cone behind you", where).behaviors[0].object_index == 0
+
+
+def test_superlatives_rank_by_their_own_measure() -> None:
+    where = world(("cone", 5, 3), ("cone", 5, -1), ("cone", 6, 9))
+    assert infer("go to the leftmost cone", where).behaviors[0].object_index == 2
+    assert infer("go to the rightmost cone", where).behaviors[0].object_index == 1
+    assert infer("go to the nearest cone", where).behaviors[0].object_index == 1
+
+
+def test_inside_and_down_use_the_box_of_the_place() -> None:
+    model = GroundingModel.load("husky_ur5")
+    extents = np.array([[6.0, 6.0, 3.0], [0.2, 0.2, 0.2], [0.2, 0.2, 0.2]])
+    where = WorldObjects(
+        classes=np.array([model.names.index(name) for name in ("lab", "ball", "ball")]),
+        positions=np.array([[8.0, 0.0, 0.0], [10.5, 2.5, 0.0], [2.0, 0.0, 0.0]]),
+        extents=extents,
+        observed=np.ones(3, dtype=np.bool_),
+        viewer=np.zeros(3),
+    )
+    best = model.behaviors(model.understand("retrieve the ball in the lab"), where).behaviors[0]
+    assert (best.object_index, best.landmark_index) == (1, 0)
+
+
+@pytest.mark.parametrize(("count", "limit_s"), [(24, 0.02), (200, 0.1)])
+def test_one_particle_is_fast_and_lists_no_more_than_needed(count: int, limit_s: float) -> None:
+    where = random_world(np.random.default_rng(9), count)
+    understanding = MODEL.understand("go to the hydrant behind the cone")
+    MODEL.behaviors(understanding, where)
+    started = time.perf_counter()
+    found = MODEL.behaviors(understanding, where)
+    assert time.perf_counter() - started < limit_s
+    assert len(found.behaviors) <= MAX_BEHAVIORS * len(understanding.intents)

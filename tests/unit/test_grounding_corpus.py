@@ -6,21 +6,26 @@ import numpy as np
 import pytest
 
 from robots.catalogue import get_robot
+from robots.symbols import get_symbols
 from services.grounding.behavior import PAIR_FEATURES
 from services.grounding.corpus import CORPORA, read_corpus, read_held_out
 from services.grounding.errors import GroundingError
+from services.grounding.features import SymbolFeatures
 from services.grounding.grammar import Grammar
+from services.grounding.hdcg import RuleFeatures
 from services.grounding.lexicon import Lexicon
 from services.grounding.model import GroundingModel
 from services.grounding.symbols import SymbolTable
 from services.grounding.training.calibration import expected_calibration_error
 from services.grounding.training.fit import fit
-from services.grounding.training.rows import build_problem
-from services.grounding.weights import load_weights, save_weights
+from services.grounding.training.rows import build_problem, labelled_phrases
+from services.grounding.weights import ModelWeights, load_weights, save_weights
 
 SYMBOLS = get_robot("husky").symbols
 TABLE = SymbolTable(SYMBOLS)
 LEXICON = Lexicon.load(SYMBOLS)
+FEATURES = SymbolFeatures(TABLE, LEXICON)
+RULES = RuleFeatures(TABLE, LEXICON)
 GOOD = """# one example
 go to the cone
     (VP (VB go) (PP (TO to) (NP (DT the) (NN cone))))
@@ -30,12 +35,39 @@ go to the cone
 """
 
 
-def test_corpus_has_the_papers_size_and_covers_every_class_twice() -> None:
-    examples = read_corpus(CORPORA / "husky.txt", TABLE)
-    assert len(examples) == 39
-    words = " ".join(one.text for one in examples)
-    for name in SYMBOLS.object_classes:
-        assert name in ("unknown", "robot") or words.count(name) >= 2
+@pytest.mark.parametrize(("robot", "size"), [("husky", 39), ("wheelchair", 54), ("husky_ur5", 115)])
+def test_corpus_has_the_papers_size_and_covers_every_name_twice(robot: str, size: int) -> None:
+    table = SymbolTable(get_symbols(robot))
+    examples = read_corpus(CORPORA / f"{robot}.txt", table)
+    assert len(examples) == len({one.text for one in examples}) == size
+    said = [
+        {symbol.head for symbol in named} | {name for symbol in named for name in symbol.arguments}
+        for one in examples
+        for named in [[table.symbols[at] for symbols in one.symbols for at in symbols]]
+    ]
+    # "behind" and "back" are one word to the arm's robot, and its words mean the first.
+    names = {name for kind in table.names.values() for name in kind} - {"unknown"}
+    for name in names - ({"back"} if robot == "husky_ur5" else set()):
+        assert sum(name in one for one in said) >= 2, name
+
+
+@pytest.mark.parametrize("robot", ["husky", "wheelchair", "husky_ur5"])
+def test_trees_of_the_corpus_are_those_of_the_parser(robot: str) -> None:
+    model = GroundingModel.load(robot)
+    examples = read_corpus(CORPORA / f"{robot}.txt", model.table)
+    same = [model.parses(one.text)[0].tree == one.tree for one in examples]
+    assert np.mean(same) > 0.95
+
+
+@pytest.mark.parametrize("robot", ["husky", "wheelchair", "husky_ur5"])
+def test_corpus_is_read_as_it_is_annotated(robot: str) -> None:
+    model = GroundingModel.load(robot)
+    wrong: list[str] = []
+    for one in read_corpus(CORPORA / f"{robot}.txt", model.table):
+        readings = model.readings(one.text)
+        if max(readings, key=lambda symbols: readings[symbols]) != one.symbols[0]:
+            wrong.append(one.text)
+    assert len(wrong) <= 2, wrong
 
 
 def test_good_corpus(tmp_path: Path) -> None:
@@ -90,7 +122,7 @@ def test_bad_lexicon(tmp_path: Path, line: str) -> None:
 
 def test_missing_weights_say_how_to_make_them(tmp_path: Path) -> None:
     with pytest.raises(GroundingError, match="train grounding --robot rover"):
-        load_weights(tmp_path / "rover.json", TABLE)
+        load_weights(tmp_path / "rover.json", FEATURES, RULES)
 
 
 def test_weights_learned_without_a_class_pair_compose_it(tmp_path: Path) -> None:
@@ -100,11 +132,13 @@ def test_weights_learned_without_a_class_pair_compose_it(tmp_path: Path) -> None
     """
     examples = read_corpus(CORPORA / "husky.txt", TABLE)
     seen = [e for e in examples if "hydrant" not in e.text]
-    weights = fit(build_problem(seen, TABLE, LEXICON), 0.01)
-    save_weights(tmp_path / "w.json", weights, TABLE, {"note": 1})
-    loaded, extra = load_weights(tmp_path / "w.json", TABLE)
-    assert extra == {"note": 1}
-    model = GroundingModel(LEXICON, loaded, np.zeros(len(PAIR_FEATURES)))
+    problem = build_problem([labelled_phrases(one) for one in seen], FEATURES)
+    values = fit(problem, np.ones(len(seen), dtype=np.bool_), 0.01, np.zeros(len(problem.columns)))
+    weights = ModelWeights(problem.weights(values), None, np.zeros(len(PAIR_FEATURES)), 1.5)
+    save_weights(tmp_path / "w.json", weights, FEATURES, RULES)
+    loaded = load_weights(tmp_path / "w.json", FEATURES, RULES)
+    assert (loaded.temperature, loaded.rules) == (1.5, None)
+    model = GroundingModel(LEXICON, loaded)
     found = model.understand("go to the hydrant behind the barrel").annotations[0]
     assert found.relations == (("back", "hydrant", "barrel"),)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from robots.catalogue import get_robot
-from robots.symbols import SymbolSpace
+from robots.symbols import SymbolSpace, get_symbols
 from services.grounding.dcg import best_sets
 from services.grounding.errors import GroundingError
 from services.grounding.symbols import SymbolTable
@@ -40,10 +40,12 @@ def test_symbol_count_is_the_papers() -> None:
     assert len(TABLE.symbols) == e + s + s * e + s * e * e + kinds
 
 
-def test_every_symbol_reads_back_as_itself_unless_unknown_is_ambiguous() -> None:
-    for number, symbol in enumerate(TABLE.symbols):
-        if symbol.head != "unknown" or symbol.kind not in ("region", "action"):
-            assert TABLE.parse(str(symbol)) == number
+@pytest.mark.parametrize("robot", ["husky", "wheelchair", "husky_ur5"])
+def test_every_symbol_reads_back_as_itself(robot: str) -> None:
+    table = SymbolTable(get_symbols(robot))
+    assert [table.parse(table.text(at)) for at in range(len(table.symbols))] == list(
+        range(len(table.symbols))
+    )
 
 
 def test_blocks_agree_with_symbols() -> None:

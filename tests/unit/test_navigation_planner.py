@@ -93,3 +93,12 @@ def test_new_obstacle_blocks_an_old_path():
     assert not is_blocked(costmap, path.points)
     costmap = costmap_of(walled_grid(), np.zeros(2), np.array([10.0, 0]), RADIUS)
     assert is_blocked(costmap, path.points)
+
+
+@pytest.mark.parametrize("y", np.linspace(0.6, 1.0, 9))
+def test_a_goal_too_near_an_obstacle_is_no_licence_to_cut_through_it(y: float):
+    occupancy = np.full((200, 200), -20)
+    occupancy[48:53, 98:103] = 40  # Half a metre square at (5, 0).
+    costmap, path = between(grid_of(occupancy), (0, 0), (5.6, y))
+    assert np.isfinite(costmap.cost_along(path.points[:-1])).all()
+    assert np.hypot(*(path.points - [5.05, 0.05]).T).min() > RADIUS

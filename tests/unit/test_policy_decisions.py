@@ -7,6 +7,7 @@ from robots.husky.spec import HUSKY
 from schemas.belief import MapBelief, OccupancyGrid
 from schemas.geometry import Pose2
 from schemas.language import Behaviors
+from services.policy import places
 from services.policy.belief_features import moments_of
 from services.policy.candidates import Kind
 from services.policy.policy import BeliefPolicy, Memory
@@ -147,7 +148,7 @@ def test_approaches_what_is_confirmed_and_faces_it(policy):
     choice = decide(policy, belief_of([1] * 10, [2] * 10, seen))
     x, y, yaw = choice.candidates.pose[choice.chosen]
     assert choice.kind is Kind.OBSERVED
-    assert np.hypot(x - 6.0, y - 2.0) == pytest.approx(1.4, abs=0.05)
+    assert np.hypot(x - 6.0, y - 2.0) == pytest.approx(places.stand_off + 0.2, abs=0.05)
     assert yaw == pytest.approx(np.arctan2(2.0 - y, 6.0 - x))
 
 

@@ -12,6 +12,7 @@ from schemas.motion import StopLatch
 from schemas.run import RunConfig
 from schemas.sensing import Odometry
 from schemas.task import CancelRequest, Failure, Goal, GoalStatus, InstructionStatus, TaskState
+from services.policy import places
 from services.policy.errand import time_limit_s
 from services.policy.node import PolicyNode
 
@@ -182,7 +183,7 @@ def test_nothing_is_decided_before_the_utterance_is_evidence(rig):
 def test_seen_approached_and_confirmed(busy):
     busy.believe(figure=(6.0, 0.0), seen=True)
     goal = busy.all(Goal)[-1].map_from_goal
-    assert goal.x == pytest.approx(4.6, abs=0.1)
+    assert goal.x == pytest.approx(5.8 - places.stand_off, abs=0.1)
     busy.pose = goal
     busy.end_goal(TaskState.SUCCEEDED)
     busy.believe(figure=(6.0, 0.0), seen=True)

@@ -4,33 +4,44 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from services.grounding.dcg import Weights
 from services.grounding.training.rows import Problem
 
 MAX_ITERATIONS = 300
+TOLERANCE = 1e-7
+"""Relative change of the objective below which it has converged."""
 
 
-def fit(problem: Problem, penalty: float) -> Weights:
-    """Maximises sum over factors of log p(φ) - penalty / 2 * |w|^2.
+def fit(
+    problem: Problem, seen: NDArray[np.bool_], penalty: float, start: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Values of the learned weights that maximise the log posterior.
+
+    It is the sum over factors of log p(φ) less penalty / 2 * cost * |w|^2 of every weight.
 
     Args:
         problem: merged rows.
-        penalty: precision of the Gaussian prior on every weight.
+        seen: which examples to learn from (examples,).
+        penalty: precision of the Gaussian prior on a weight of cost one.
+        start: values to start from, such as those of a nearby penalty (columns,).
     """
-    design, transposed = problem.design, problem.design.T.tocsr()
+    precision = penalty * problem.costs
+    counts: NDArray[np.float64] = problem.counts[seen].sum(axis=0)
+    kept = counts > 0.0
+    design, signs, counts = problem.design[kept], problem.signs[kept], counts[kept]
+    transposed = design.T.tocsr()
 
     def objective(values: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-        margins: NDArray[np.float64] = problem.signs * (design @ values)
-        loss = float(problem.counts @ np.logaddexp(0.0, -margins))
-        wrong = problem.counts * problem.signs * np.exp(-np.logaddexp(0.0, margins))
-        gradient: NDArray[np.float64] = penalty * values - transposed @ wrong
-        return loss + 0.5 * penalty * float(values @ values), gradient
+        margins: NDArray[np.float64] = signs * (design @ values)
+        loss = float(counts @ np.logaddexp(0.0, -margins))
+        wrong = counts * signs * np.exp(-np.logaddexp(0.0, margins))
+        gradient: NDArray[np.float64] = precision * values - transposed @ wrong
+        return loss + 0.5 * float(precision @ values**2), gradient
 
     found = minimize(
         objective,
-        np.zeros(len(problem.columns)),
+        start,
         jac=True,
         method="L-BFGS-B",
-        options={"maxiter": MAX_ITERATIONS, "maxcor": 20},
+        options={"maxiter": MAX_ITERATIONS, "maxcor": 20, "ftol": TOLERANCE},
     )
-    return problem.weights(np.asarray(found.x, dtype=np.float64))
+    return np.asarray(found.x, dtype=np.float64)

@@ -1,10 +1,11 @@
 """Trains a robot's grounding from its corpus and says how good it is on what it has not seen."""
 
 import json
-import math
+import re
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -13,41 +14,46 @@ from numpy.typing import NDArray
 
 from robots.symbols import SymbolSpace, get_symbols
 from services.grounding.behavior import PAIR_FEATURES
-from services.grounding.corpus import CORPORA, Example, HeldOut, read_corpus, read_held_out
+from services.grounding.corpus import CORPORA, Example, read_corpus, read_held_out
 from services.grounding.dcg import Weights
-from services.grounding.features import SymbolSet
+from services.grounding.features import SymbolFeatures
+from services.grounding.hdcg import RuleFeatures
 from services.grounding.lexicon import Lexicon
 from services.grounding.model import GroundingModel
+from services.grounding.parser import Parse
 from services.grounding.spatial import DENSITY
-from services.grounding.symbols import SymbolTable
-from services.grounding.training.calibration import expected_calibration_error
+from services.grounding.symbols import UNKNOWN, SymbolTable
+from services.grounding.training.evaluation import evaluate
 from services.grounding.training.fit import fit
 from services.grounding.training.pairs import evaluate_pairs, fit_pairs, sample_choices
-from services.grounding.training.rows import build_problem
-from services.grounding.understanding import Intent, annotations_of, intents_of
-from services.grounding.weights import DECIMALS, save_weights, weights_path
+from services.grounding.training.rows import (
+    Problem,
+    build_problem,
+    labelled_phrases,
+    labelled_rules,
+)
+from services.grounding.training.scoring import (
+    Unseen,
+    best_temperature,
+    conformal_scores,
+    mean_log_probability,
+    summary,
+)
+from services.grounding.weights import ModelWeights, save_weights, weights_path
 
-PENALTIES = (0.001, 0.003, 0.01, 0.03)
-FOLDS = 5
+PENALTIES = (0.003, 0.001, 0.0003, 0.0001)
+"""Descending, as the solution of one starts the search for the next."""
+FOLDS = 4
+"""Of the cross-validation that chooses the penalty."""
+CALIBRATION_FOLDS = 10
+"""Of those that calibrate: the more, the closer their models are to the one that is kept."""
 SAMPLED_MAPS = 4000
 SEED = 0
 
+_WORD = re.compile(r"\((\S+) [^()]+\)")
+
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share that is done, in [0, 1]."""
-
-
-@dataclass(frozen=True)
-class Score:
-    """One held-out sentence."""
-
-    annotation: bool
-    """Whether the best annotation is exactly right."""
-    behavior: bool
-    """Whether the best intent (or that there is none) is exactly right."""
-    confidence: float
-    """Stated probability of the best annotation."""
-    log_probability: float
-    """Of the right symbols of the whole sentence."""
 
 
 def train_grounding(robot: str, progress: Progress, folder: Path | None = None) -> dict[str, Any]:
@@ -66,103 +72,127 @@ def train_grounding(robot: str, progress: Progress, folder: Path | None = None) 
     """
     started = time.perf_counter()
     symbols = get_symbols(robot)
-    table, lexicon = SymbolTable(symbols), Lexicon.load(symbols)
-    examples = read_corpus(CORPORA / f"{robot}.txt", table)
-    held_out = read_held_out(CORPORA / f"{robot}.heldout.txt", table)
-    scores = _cross_validate(examples, table, lexicon, progress)
-    best = max(PENALTIES, key=lambda penalty: _mean_log_probability(scores[penalty]))
-    progress("final weights", 0.7)
-    weights = fit(build_problem(examples, table, lexicon), best)
-    progress("pairs of objects in sampled maps", 0.75)
-    pair_weights, pair_report = _train_pairs(symbols)
-    model = GroundingModel(lexicon, weights, pair_weights)
+    lexicon = Lexicon.load(symbols)
+    features = SymbolFeatures(SymbolTable(symbols), lexicon)
+    rules = RuleFeatures(features.table, lexicon)
+    examples = read_corpus(CORPORA / f"{robot}.txt", features.table)
+    progress("features of every phrase", 0.0)
+    problem = build_problem([labelled_phrases(one) for one in examples], features)
+    validation = Validation(examples, problem, GroundingModel(lexicon, untempered(problem)))
+    progress("choosing the penalty", 0.1)
+    numbers = np.arange(len(examples))
+    tried = validation.read(PENALTIES, numbers % FOLDS)
+    penalty = max(PENALTIES, key=lambda one: mean_log_probability(tried[one]))
+    progress("calibrating", 0.4)
+    familiar = validation.read((penalty,), numbers % CALIBRATION_FOLDS)[penalty]
+    novel = validation.read((penalty,), by_construction(examples) % CALIBRATION_FOLDS)[penalty]
+    # People say things in the ways of the corpus and in others; this takes as many of each.
+    unseen = [*familiar, *novel]
+    temperature = best_temperature(unseen)
+    progress("final weights", 0.8)
+    pairs, pair_report = train_pairs(symbols)
+    weights = ModelWeights(
+        factors=_fit_all(problem, penalty),
+        rules=_fit_rules(examples, rules, penalty) if symbols.hierarchical else None,
+        pairs=pairs,
+        temperature=temperature,
+    )
     report = {
         "robot": robot,
         "examples": len(examples),
-        "symbols": len(table.symbols),
-        "penalty": best,
-        "cross_validation": _summary(scores[best]),
-        "held_out": _summary([_score(model, one) for one in held_out]),
+        "symbols": len(features.table.symbols),
+        "penalty": penalty,
+        "temperature": round(temperature, 3),
+        "cross_validation": summary(familiar, temperature),
+        "unseen_constructions": summary(novel, temperature),
+        "held_out": _held_out(robot, GroundingModel(lexicon, weights)),
         "pairs": pair_report,
+        "conformal_scores": conformal_scores(unseen, temperature),
         "train_s": round(time.perf_counter() - started, 1),
     }
     target = weights_path(robot) if folder is None else folder / f"{robot}.json"
-    _write(target, weights, table, pair_weights, report)
+    save_weights(target, weights, features, rules)
+    target.with_suffix(".report.json").write_text(json.dumps(report, indent=2) + "\n", "utf-8")
     progress("done", 1.0)
     return report
 
 
-def _cross_validate(
-    examples: Sequence[Example], table: SymbolTable, lexicon: Lexicon, progress: Progress
-) -> dict[float, list[Score]]:
-    """Scores of every example under each penalty, from weights that have not seen it."""
-    scores: dict[float, list[Score]] = {penalty: [] for penalty in PENALTIES}
-    for fold in range(FOLDS):
-        progress(f"cross-validation, fold {fold + 1} of {FOLDS}", 0.7 * fold / FOLDS)
-        seen = [one for at, one in enumerate(examples) if at % FOLDS != fold]
-        unseen = [HeldOut(one.text, one.symbols[0]) for one in examples[fold::FOLDS]]
-        problem = build_problem(seen, table, lexicon)
-        for penalty in PENALTIES:
-            weights = fit(problem, penalty)
-            model = GroundingModel(lexicon, weights, np.zeros(len(PAIR_FEATURES)))
-            scores[penalty] += [_score(model, one) for one in unseen]
-    return scores
+@dataclass(frozen=True)
+class Validation:
+    """Cross-validation of the whole model, parser included."""
+
+    examples: Sequence[Example]
+    problem: Problem
+    reader: GroundingModel
+    """Of any weights."""
+
+    @cached_property
+    def _parses(self) -> list[tuple[Parse, ...]]:
+        return [self.reader.parses(one.text) for one in self.examples]
+
+    def read(
+        self, penalties: Sequence[float], folds: NDArray[np.int64]
+    ) -> dict[float, list[Unseen]]:
+        """What is made of every example under each penalty by weights that have not seen its fold.
+
+        Args:
+            penalties: descending.
+            folds: fold of every example (examples,).
+        """
+        found: dict[float, list[Unseen]] = {penalty: [] for penalty in penalties}
+        for fold in np.unique(folds):
+            left_out = folds == fold
+            values = np.zeros(len(self.problem.columns))
+            for penalty in penalties:
+                values = fit(self.problem, ~left_out, penalty, values)
+                model = self.reader.retrained(untempered(self.problem, values))
+                found[penalty] += [
+                    self._unseen(model, at) for at in np.flatnonzero(left_out).tolist()
+                ]
+        return found
+
+    def _unseen(self, model: GroundingModel, at: int) -> Unseen:
+        readings = model.readings_of(self._parses[at])
+        return Unseen(model.table, readings, self.examples[at].symbols[0])
 
 
-def _score(model: GroundingModel, example: HeldOut) -> Score:
-    """Compares what the whole model (parser included) says with the right symbols."""
-    right: dict[SymbolSet, float] = {example.symbols: 1.0}
-    wanted = annotations_of(right, model.table)[0]
-    understanding = model.understand(example.text)
-    readings = model.readings(example.text)
-    found = understanding.annotations[0]
-    return Score(
-        annotation=(found.objects, found.relations) == (wanted.objects, wanted.relations),
-        behavior=_best_intent(readings, model.table) == _best_intent(right, model.table),
-        confidence=found.probability,
-        log_probability=math.log(max(readings.get(example.symbols, 0.0), 1e-6)),
-    )
+def by_construction(examples: Sequence[Example]) -> NDArray[np.int64]:
+    """A number for each way to build a sentence: its tree without the words (examples,)."""
+    shapes: dict[str, int] = {}
+    trees = (_WORD.sub(r"(\1)", one.tree.bracket()) for one in examples)
+    return np.array([shapes.setdefault(tree, len(shapes)) for tree in trees])
 
 
-def _best_intent(readings: dict[SymbolSet, float], table: SymbolTable) -> Intent | None:
-    """The most probable intent without its probability, None if doing nothing is as probable."""
-    intents, nothing = intents_of(readings, table)
-    acts = intents and intents[0].probability > nothing
-    return replace(intents[0], probability=1.0) if acts else None
+def untempered(problem: Problem, values: NDArray[np.float64] | None = None) -> ModelWeights:
+    """A model of the factors alone, as they are while it is being trained; zeros by default."""
+    learned = np.zeros(len(problem.columns)) if values is None else values
+    return ModelWeights(problem.weights(learned), None, np.zeros(len(PAIR_FEATURES)), 1.0)
 
 
-def _mean_log_probability(scores: Sequence[Score]) -> float:
-    return sum(score.log_probability for score in scores) / len(scores)
+def _fit_all(problem: Problem, penalty: float) -> Weights:
+    everything = np.ones(len(problem.counts), dtype=np.bool_)
+    return problem.weights(fit(problem, everything, penalty, np.zeros(len(problem.columns))))
 
 
-def _summary(scores: Sequence[Score]) -> dict[str, float]:
-    confidence = np.array([score.confidence for score in scores])
-    correct = np.array([score.annotation for score in scores], dtype=np.bool_)
-    return {
-        "sentences": len(scores),
-        "annotation_accuracy": round(float(correct.mean()), 3),
-        "behavior_accuracy": round(sum(score.behavior for score in scores) / len(scores), 3),
-        "expected_calibration_error": round(expected_calibration_error(confidence, correct), 3),
-        "mean_log_probability": round(_mean_log_probability(scores), 3),
-    }
+def _fit_rules(examples: Sequence[Example], rules: RuleFeatures, penalty: float) -> Weights:
+    problem = build_problem([labelled_rules(one, rules) for one in examples], rules)
+    return _fit_all(problem, penalty)
 
 
-def _train_pairs(symbols: SymbolSpace) -> tuple[NDArray[np.float64], dict[str, float]]:
-    relations = tuple(name for name in symbols.relations if name in DENSITY)
+def _held_out(robot: str, model: GroundingModel) -> dict[str, Any] | None:
+    """Scores on sentences kept apart; None for a robot that has none."""
+    path = CORPORA / f"{robot}.heldout.txt"
+    if not path.exists():
+        return None
+    sentences = read_held_out(path, model.table)
+    found = [Unseen(model.table, model.readings(one.text), one.symbols) for one in sentences]
+    return summary(found, 1.0) | evaluate(model, sentences)
+
+
+def train_pairs(symbols: SymbolSpace) -> tuple[NDArray[np.float64], dict[str, float]]:
+    """Weights of the pair features from sampled maps, and how good they are on others."""
+    relations = tuple(name for name in symbols.relations if name in DENSITY and name != UNKNOWN)
     rng = np.random.default_rng(SEED)
     weights = fit_pairs(sample_choices(SAMPLED_MAPS, relations, rng))
     report = evaluate_pairs(sample_choices(SAMPLED_MAPS // 4, relations, rng), weights)
     return weights, {name: round(value, 3) for name, value in report.items()}
-
-
-def _write(
-    target: Path,
-    weights: Weights,
-    table: SymbolTable,
-    pair_weights: NDArray[np.float64],
-    report: dict[str, Any],
-) -> None:
-    named = zip(PAIR_FEATURES, pair_weights.round(DECIMALS).tolist(), strict=True)
-    save_weights(target, weights, table, {"pairs": dict(named)})
-    text = json.dumps(report, indent=2) + "\n"
-    target.with_suffix(".report.json").write_text(text, encoding="utf-8")

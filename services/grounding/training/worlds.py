@@ -15,8 +15,14 @@ from services.grounding.world import WorldObjects
 FIGURE, LANDMARK = "figure", "landmark"
 NAMES = (FIGURE, LANDMARK)
 """Stand-ins for any two classes: the pair model knows nothing of particular ones."""
+OF_ROBOT = ("near", "away", "front", "back", "behind", "left", "right")
+"""Relations that people use with the robot itself as the landmark."""
 HALF_WIDTH = 12.0
 """Maps are squares of twice this edge around the robot [m]."""
+OF_ROOMS = ("inside", "down", "through", "past", "towards", "around")
+"""Relations whose landmark is often a place."""
+SHARE_ROOMS = 0.5
+"""How often it then is as large as a room or a hallway."""
 PROPOSALS = 200
 SHARE_IN_MAP = 0.9
 """How often the object that is meant is in the map."""
@@ -39,7 +45,7 @@ class Trial:
 def sample_trial(relations: tuple[str, ...], rng: Generator) -> Trial:
     """Draws an intent and a map: what is meant, others like it, landmarks, wrong hypotheses."""
     intent = _sample_intent(relations, rng)
-    world = _sample_world(rng)
+    world = _sample_world(SHARE_ROOMS if intent.relation in OF_ROOMS else 0.0, rng)
     if intent.object == ROBOT:
         meant = int(rng.choice(np.flatnonzero(world.classes == 1)))
     elif intent.comparative:
@@ -58,23 +64,34 @@ def sample_trial(relations: tuple[str, ...], rng: Generator) -> Trial:
 def _sample_intent(relations: tuple[str, ...], rng: Generator) -> Intent:
     figure = ROBOT if rng.uniform() < 0.1 else FIGURE
     relation = str(rng.choice([UNKNOWN, "near", *relations] if figure == FIGURE else relations))
-    landmark = ROBOT if figure == FIGURE and rng.uniform() < 0.2 else LANDMARK
+    of_robot = figure == FIGURE and relation in OF_ROBOT and rng.uniform() < 0.3
+    landmark = ROBOT if of_robot else LANDMARK
     landmark = UNKNOWN if relation == UNKNOWN else landmark
     comparative = figure == FIGURE and relation == "near" and rng.uniform() < 0.6
     return Intent(1.0, "", figure, UNKNOWN, relation, landmark, comparative)
 
 
-def _sample_world(rng: Generator) -> WorldObjects:
+def _sample_world(share_rooms: float, rng: Generator) -> WorldObjects:
     figures, landmarks = int(rng.integers(1, 5)), int(rng.integers(1, 3))
     count = figures + landmarks
     places = rng.uniform(-HALF_WIDTH, HALF_WIDTH, (count, 2))
     return WorldObjects(
         classes=np.repeat([0, 1], [figures, landmarks]),
         positions=np.column_stack([places, np.zeros(count)]),
-        extents=np.repeat(rng.uniform(0.3, 2.0, (count, 1)), 3, axis=1),
+        extents=_sample_extents(figures, landmarks, share_rooms, rng),
         observed=np.ones(count, dtype=np.bool_),
         viewer=np.array([*rng.uniform(-2.0, 2.0, 2), rng.uniform(-np.pi, np.pi)]),
     )
+
+
+def _sample_extents(
+    figures: int, landmarks: int, share_rooms: float, rng: Generator
+) -> NDArray[np.float64]:
+    """Edges of the boxes [m] (N, 3); a share of the landmarks is as large or long as a room."""
+    extents = np.repeat(rng.uniform(0.3, 2.0, (figures + landmarks, 1)), 3, axis=1)
+    rooms = rng.uniform(size=landmarks) < share_rooms
+    extents[figures:][rooms] = rng.uniform(2.0, 12.0, (int(rooms.sum()), 3))
+    return extents
 
 
 def _nearest(intent: Intent, world: WorldObjects) -> int:
@@ -85,11 +102,15 @@ def _nearest(intent: Intent, world: WorldObjects) -> int:
 
 def _sample_place(intent: Intent, world: WorldObjects, rng: Generator) -> NDArray[np.float64]:
     """A place (3,) drawn from the relation's own density around the first landmark."""
+    landmark = np.flatnonzero(world.classes == 1)[:1]
     places = rng.uniform(-HALF_WIDTH, HALF_WIDTH, (PROPOSALS, 2))
+    if intent.relation == "inside":
+        # So small a share of the map that proposals from all of it would miss.
+        half = 0.5 * world.extents[landmark, :2]
+        places = world.positions[landmark, :2] + rng.uniform(-half, half, (PROPOSALS, 2))
     positions = np.column_stack([places, np.zeros(PROPOSALS)])
     if intent.relation == UNKNOWN:
         return positions[0]
-    landmark = np.flatnonzero(world.classes == 1)[:1]
     probe = WorldObjects(
         classes=np.append(np.zeros(PROPOSALS, dtype=np.int64), 1),
         positions=np.vstack([positions, world.positions[landmark]]),

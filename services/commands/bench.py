@@ -1,0 +1,134 @@
+"""The verb that runs experiments and prints our figures beside the paper's."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import msgspec
+import tyro
+
+from schemas.errors import UserError
+from services.commands.output import print_json, print_table, say
+
+if TYPE_CHECKING:
+    from sim.experiments.report import Report
+
+ALL = "all"
+
+
+@dataclass(frozen=True)
+class Bench:
+    """One experiment: what measures it and what draws it, `module:function` in sim/experiments."""
+
+    measure: str
+    runs: int
+    """Runs unless others are asked for."""
+    draw: str = "bench_figures:draw_rows"
+
+
+BENCHES: dict[str, Bench] = {
+    "table1": Bench("table1:measure", 100, "table1:draw"),
+    "fov": Bench("fov:measure", 50, "fov:draw"),
+    "grounding": Bench("bench_grounding:measure", 10),
+    "grounding_scaling": Bench(
+        "bench_grounding_scaling:measure", 30, "bench_grounding_scaling:draw"
+    ),
+    "grounding_training": Bench("bench_grounding_training:measure", 1),
+    "perception": Bench("bench_suites:measure_perception", 25),
+    "runtime": Bench("bench_suites:measure_runtime", 25),
+}
+
+
+def bench(
+    name: Annotated[str, tyro.conf.Positional],
+    runs: int | None = None,
+    workers: int = 1,
+    seed: int = 0,
+    json: bool = False,
+    plot: Path | None = None,
+) -> int:
+    """Run an experiment; our figures stand beside the paper's.
+
+    Args:
+        name: table1, fov, grounding, grounding_scaling, grounding_training, perception, runtime,
+            or all.
+        runs: how often each thing is tried or timed; by default as many as the experiment wants.
+        workers: processes that may work at once; what measures time uses one.
+        seed: decides every random choice.
+        json: one JSON document on stdout.
+        plot: folder for the document, the rows (CSV) and the figure (PNG).
+    """
+    names = _chosen(name, runs, workers)
+    reports = [_run(one, runs, workers, seed, plot) for one in names]
+    if json:
+        documents = [msgspec.to_builtins(report) for report in reports]
+        print_json({"bench": ALL, "benches": documents} if name == ALL else documents[0])
+    else:
+        for report in reports:
+            _print(report)
+    return 0
+
+
+def _chosen(name: str, runs: int | None, workers: int) -> list[str]:
+    if name != ALL and name not in BENCHES:
+        raise UserError(f"no bench {name!r}; benches are: {', '.join(BENCHES)}, {ALL}")
+    for option, value in (("--runs", runs), ("--workers", workers)):
+        if value is not None and value < 1:
+            raise UserError(f"{option} {value}; allowed: 1 or more")
+    return list(BENCHES) if name == ALL else [name]
+
+
+def _run(name: str, runs: int | None, workers: int, seed: int, plot: Path | None) -> "Report":
+    from services.runtime.provenance import git_revision, machine_description
+    from sim.experiments.report import Report, Settings
+
+    wanted = BENCHES[name]
+    settings = Settings(
+        runs=runs or wanted.runs,
+        workers=workers,
+        seed=seed,
+        progress=lambda doing: say(f"{name}: {doing}"),
+    )
+    started = time.monotonic()
+    found = _function(wanted.measure)(settings)
+    report = Report(
+        bench=name,
+        seed=seed,
+        runs=settings.runs,
+        git=git_revision(),
+        machine=machine_description(),
+        elapsed_s=round(time.monotonic() - started, 1),
+        rows=found.rows,
+        failures=found.failures,
+    )
+    if plot is not None:
+        _write(report, plot)
+    return report
+
+
+def _function(name: str) -> Callable[..., Any]:
+    module, function = name.split(":")
+    return getattr(import_module(f"sim.experiments.{module}"), function)
+
+
+def _write(report: "Report", folder: Path) -> None:
+    from sim.experiments.report import csv_text, json_text
+
+    folder.mkdir(parents=True, exist_ok=True)
+    target = folder / report.bench
+    target.with_suffix(".json").write_text(json_text(report), encoding="utf-8")
+    target.with_suffix(".csv").write_text(csv_text(report), encoding="utf-8")
+    _function(BENCHES[report.bench].draw)(report, target.with_suffix(".png"))
+    say(f"{report.bench}: wrote {target}.json, .csv and .png")
+
+
+def _print(report: "Report") -> None:
+    from sim.experiments.report import HEAD, cells, failure_lines
+
+    print_table(HEAD, [cells(row) for row in report.rows])
+    if failures := failure_lines(report):
+        print("failures\n" + "\n".join(f"  {line}" for line in failures))
+    print(f"{report.bench}: {report.runs} runs, {report.machine}, {report.elapsed_s:.0f} s")

@@ -1,0 +1,48 @@
+"""The speed suites of `tests.benchmarks` as experiments."""
+
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+import msgspec
+
+from schemas.errors import MissingComponentError
+from sim.experiments.report import Outcome, Row, Settings
+
+SUITES = {"runtime": ["wire", "codec", "startup"], "perception": ["shader", "camera", "detector"]}
+"""Benchmarks of each part."""
+
+
+def measure_runtime(settings: Settings) -> Outcome:
+    """Messages between processes, their coding, and starting up."""
+    return _measure("runtime", settings)
+
+
+def measure_perception(settings: Settings) -> Outcome:
+    """Rendering, camera and detector."""
+    return _measure("perception", settings)
+
+
+def _measure(suite: str, settings: Settings) -> Outcome:
+    if find_spec("tests") is None or find_spec("tests.benchmarks") is None:
+        raise MissingComponentError("tests/benchmarks is missing: run this from a checkout")
+    runner: Any = import_module("tests.benchmarks.__main__")
+    settings.progress(", ".join(SUITES[suite]))
+    try:
+        measured = runner.run(SUITES[suite], settings.runs)
+    except ModuleNotFoundError as error:
+        raise MissingComponentError(
+            f"bench {suite} compares with {error.name}, which is not installed here; "
+            "the environment of './incognita test' has it"
+        ) from error
+    rows = msgspec.convert([_contract(row) for row in measured], tuple[Row, ...])
+    return Outcome(rows)
+
+
+def _contract(row: object) -> dict[str, Any]:
+    """The fields that a row of the contract has."""
+    return {
+        name: value
+        for name, value in msgspec.to_builtins(row).items()
+        if name in Row.__struct_fields__
+    }

@@ -1,0 +1,184 @@
+"""What an experiment says: rows beside the paper's, intervals, failures by cause."""
+
+import csv
+import io
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import msgspec
+import numpy as np
+from msgspec import Struct
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+Interval = tuple[float, float]
+Better = Literal["lower", "higher"]
+
+RESAMPLES = 2000
+_z = 1.959964
+"""97.5 % quantile of the standard normal distribution."""
+
+
+class Peer(Struct, frozen=True):
+    """What ours is measured beside, in the same run."""
+
+    name: str
+    value: float
+
+
+class Row(Struct, frozen=True, kw_only=True):
+    """One figure with a direction."""
+
+    row: str
+    """What was measured."""
+    metric: str
+    unit: str
+    better: Better
+    paper: float | None = None
+    ours: float
+    interval: Interval
+    """95 % of `ours`."""
+    arms: dict[str, float] = {}
+    """The same figure of other ways to do it."""
+    peer: Peer | None = None
+
+    @property
+    def title(self) -> str:
+        """Row, metric and unit, for people."""
+        return f"{self.row}, {self.metric}" + (f" ({self.unit})" if self.unit else "")
+
+
+Failures = dict[str, dict[str, int]]
+"""How often, by what was tried and by cause."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How an experiment is to be run."""
+
+    runs: int
+    workers: int
+    """Processes that may work at once; what measures time uses one."""
+    seed: int
+    progress: Callable[[str], None]
+    """Told what is being done."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What an experiment found."""
+
+    rows: tuple[Row, ...]
+    failures: Failures = field(default_factory=dict[str, dict[str, int]])
+
+
+class Report(Struct, frozen=True, kw_only=True):
+    """One experiment, as `bench --json` prints it."""
+
+    bench: str
+    seed: int
+    runs: int
+    git: str
+    machine: str
+    elapsed_s: float
+    rows: tuple[Row, ...]
+    failures: Failures
+
+
+def wilson_interval(successes: int, trials: int) -> Interval:
+    """95 % score interval of a rate; [0, 1] without trials (Wilson, 1927)."""
+    if not trials:
+        return 0.0, 1.0
+    rate, square = successes / trials, _z * _z
+    centre = (rate + square / (2 * trials)) / (1 + square / trials)
+    spread = math.sqrt(rate * (1 - rate) / trials + square / (4 * trials * trials))
+    half = _z * spread / (1 + square / trials)
+    # At a rate of 0 or 1 the end of the interval is that rate, which rounding may miss.
+    low, high = min(centre - half, rate), max(centre + half, rate)
+    return max(0.0, low), min(1.0, high)
+
+
+def bootstrap_median_interval(samples: Sequence[float], rng: Generator) -> Interval:
+    """95 % percentile interval of the median, by resampling with replacement (Efron, 1979)."""
+    values: NDArray[np.float64] = np.asarray(samples, dtype=np.float64)
+    drawn = values[rng.integers(0, len(values), (RESAMPLES, len(values)))]
+    low, high = np.quantile(np.median(drawn, axis=1), [0.025, 0.975])
+    return float(low), float(high)
+
+
+def rate_row(row: str, metric: str, outcomes: Sequence[bool]) -> Row:
+    """Share of successes in percent with its Wilson interval."""
+    low, high = wilson_interval(sum(outcomes), len(outcomes))
+    share = sum(outcomes) / max(len(outcomes), 1)
+    return Row(
+        row=row,
+        metric=metric,
+        unit="%",
+        better="higher",
+        ours=100 * share,
+        interval=(100 * low, 100 * high),
+    )
+
+
+def time_row(
+    row: str,
+    metric: str,
+    samples_ms: Sequence[float],
+    rng: Generator,
+    paper: float | None = None,
+    peer: Peer | None = None,
+) -> Row:
+    """Median of times [ms] with its bootstrap interval."""
+    return Row(
+        row=row,
+        metric=metric,
+        unit="ms",
+        better="lower",
+        paper=paper,
+        ours=float(np.median(samples_ms)),
+        interval=bootstrap_median_interval(samples_ms, rng),
+        peer=peer,
+    )
+
+
+HEAD = ("metric", "paper", "ours", "95 % interval", "peer")
+
+
+def cells(row: Row) -> tuple[str, ...]:
+    """One row under `HEAD`, for people."""
+    arms = "".join(f", {name} {value:.3g}" for name, value in row.arms.items())
+    return (
+        row.title,
+        "" if row.paper is None else f"{row.paper:.4g}",
+        f"{row.ours:.3g}{arms}",
+        f"{row.interval[0]:.3g} .. {row.interval[1]:.3g}",
+        f"{row.peer.name} {row.peer.value:.3g}" if row.peer else "",
+    )
+
+
+def failure_lines(report: Report) -> list[str]:
+    """Failures by cause, the commonest first."""
+    return [
+        f"{count} x {tried}: {cause}"
+        for tried, causes in report.failures.items()
+        for cause, count in sorted(causes.items(), key=lambda item: (-item[1], item[0]))
+    ]
+
+
+def csv_text(report: Report) -> str:
+    """The rows as comma-separated values, numbers in full."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(("row", "metric", "unit", "paper", "ours", "low", "high", "peer", "peer value"))
+    for row in report.rows:
+        peer = (row.peer.name, row.peer.value) if row.peer else ("", "")
+        paper = "" if row.paper is None else row.paper
+        writer.writerow((row.row, row.metric, row.unit, paper, row.ours, *row.interval, *peer))
+    return out.getvalue()
+
+
+def json_text(report: Report) -> str:
+    """The document of the contract."""
+    return msgspec.json.format(msgspec.json.encode(report), indent=1).decode() + "\n"
