@@ -6,6 +6,7 @@ import numpy as np
 
 from services.grounding.dcg import CorrespondenceGraph
 from services.grounding.model import GroundingModel
+from services.grounding.possession import spelled_out
 from services.grounding.tree import Phrase, parse_bracket
 from services.grounding.understanding import Understanding
 
@@ -29,22 +30,29 @@ class PhraseReading:
 def read_phrases(model: GroundingModel, understanding: Understanding) -> tuple[PhraseReading, ...]:
     """Every phrase of the best tree, parents first; none where there is no tree.
 
-    The whole symbol space is scored, also for a robot whose own inference prunes it.
+    The whole symbol space is scored, also for a robot whose own inference prunes it. The phrases
+    are those of the parser, but for "contains the ball", which is read as "has the ball in it".
     """
     if not understanding.parse:
         return ()
     graph = CorrespondenceGraph(model.features, model.weights.factors)
     tree = parse_bracket(understanding.parse)
-    return tuple(_reading(phrase, graph, model) for phrase in tree.preorder())
+    read = tuple(spelled_out(tree).preorder())
+    said = tuple(tree.preorder())
+    shown = said if len(said) == len(read) else read
+    pairs = zip(read, shown, strict=True)
+    return tuple(_reading(phrase, as_said, graph, model) for phrase, as_said in pairs)
 
 
-def _reading(phrase: Phrase, graph: CorrespondenceGraph, model: GroundingModel) -> PhraseReading:
+def _reading(
+    phrase: Phrase, shown: Phrase, graph: CorrespondenceGraph, model: GroundingModel
+) -> PhraseReading:
     marginals = graph.marginals(phrase)
     likely = np.flatnonzero(marginals >= NEGLIGIBLE_SYMBOL)
     ranked = likely[np.argsort(-marginals[likely], kind="stable")].tolist()
     best, probability = next(iter(graph.infer(phrase).items()))
     return PhraseReading(
-        phrase=phrase,
+        phrase=shown,
         symbols=tuple((model.table.text(at), float(marginals[at])) for at in ranked),
         best=tuple(model.table.text(at) for at in sorted(best)),
         probability=probability,

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from services.grounding.dcg import Distribution, combinations
 from services.grounding.features import SymbolSet
+from services.grounding.possession import head, spelled_out
 from services.grounding.symbols import ROBOT, UNKNOWN, SymbolTable
 from services.grounding.tree import Phrase, Word
 
@@ -95,7 +96,7 @@ def read(
     """
     found: list[Distribution] = []
     about = UNKNOWN
-    for clause in map(_with_nouns, clauses(tree)):
+    for clause in map(_with_nouns, clauses(spelled_out(tree))):
         symbols = infer(clause if about == UNKNOWN else _resolved(clause, about))
         about = _about(symbols, table, about)
         found.append(symbols)
@@ -140,18 +141,10 @@ def _with_nouns(phrase: Phrase) -> Phrase:
     """A phrase whose "one" is the noun beside it: "the cone, the one ...", "it is the one ..."."""
     children = [_with_nouns(c) if isinstance(c, Phrase) else c for c in phrase.children]
     if phrase.label in ("NP", "S") and isinstance(children[0], Phrase):
-        noun = _head(children[0])
+        noun = head(children[0])
         if noun and noun != ONE:
             children[1:] = [_renamed(child, noun) for child in children[1:]]
     return Phrase(phrase.label, tuple(children))
-
-
-def _head(phrase: Phrase) -> Word | None:
-    """The noun of a noun phrase."""
-    if phrase.label != "NP":
-        return None
-    nouns = [word for word in phrase.words if word.tag == "NN"]
-    return nouns[-1] if nouns else next((_head(part) for part in phrase.phrases[:1]), None)
 
 
 def _renamed(node: Phrase | Word, noun: Word) -> Phrase | Word:

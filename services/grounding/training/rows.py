@@ -16,6 +16,7 @@ from services.grounding.corpus import Example
 from services.grounding.dcg import Weights
 from services.grounding.features import FactorFeatures, SymbolSet
 from services.grounding.hdcg import RuleFeatures
+from services.grounding.possession import spelled_out
 from services.grounding.tree import Phrase
 
 LEXICAL_PENALTY = 10.0
@@ -40,6 +41,7 @@ def labelled_phrases(example: Example) -> list[Labelled]:
 
 def labelled_rules(example: Example, rules: RuleFeatures) -> list[Labelled]:
     """The phrases of an example with the rules that are true there: named there or below."""
+    # Trees of corpora keep their shape: no example has a verb of containing.
     phrases = list(example.tree.preorder())
     own = {id(p): rules.project(s) for p, s in zip(phrases, example.symbols, strict=True)}
     below = [frozenset[int]().union(*(own[id(q)] for q in p.preorder())) for p in phrases]
@@ -47,7 +49,7 @@ def labelled_rules(example: Example, rules: RuleFeatures) -> list[Labelled]:
 
 
 def _labelled(tree: Phrase, symbols: Sequence[SymbolSet]) -> list[Labelled]:
-    phrases = list(tree.preorder())
+    phrases = list(spelled_out(tree).preorder())
     gold = {id(phrase): true for phrase, true in zip(phrases, symbols, strict=True)}
     return [
         Labelled(p, frozenset[int]().union(*(gold[id(c)] for c in p.phrases)), gold[id(p)])
