@@ -33,6 +33,8 @@ def say(
     timeout: float = 300.0,
     json: bool = False,
     realm: str = "default",
+    rewriter: str | None = None,
+    rewriter_model: str = "default",
 ) -> int:
     """Send an instruction and show how it was understood.
 
@@ -45,6 +47,9 @@ def say(
         timeout: how long to follow [s].
         json: one JSON document on stdout.
         realm: of the running system.
+        rewriter: address of an OpenAI-compatible server, http://127.0.0.1:8080/v1, that is asked
+            to say again in known words what the parser cannot complete; by default none is.
+        rewriter_model: the model's name on that server.
     """
     from services.runtime.client import Client, follow_instruction
 
@@ -64,6 +69,8 @@ def say(
 
     with Client(realm) as client:
         subscription = client.watch(topics.ANNOTATIONS, topics.INSTRUCTION_STATUS)
+        if rewriter is not None:
+            text = _in_known_words(text, client.info.run.robot, rewriter, rewriter_model)
         sent = client.say(text)
         limit = timeout if wait else _understanding_timeout_s
         status = follow_instruction(subscription, sent.id, limit, progress)
@@ -77,6 +84,18 @@ def say(
         unknown = {"instruction_id": sent.id} | ({"state": "timeout"} if wait else {})
         print_json(as_builtins(shown) if shown else unknown)
     return exit_codes.of_status(status) if wait else exit_codes.DONE
+
+
+def _in_known_words(text: str, robot: str, address: str, name: str) -> str:
+    """The text, or what a rewriter made of it; here, because a node opens no socket."""
+    from services.grounding.model import GroundingModel
+    from services.grounding.rewriter import Rewriter, understand_rewritten
+
+    _, rewrite = understand_rewritten(GroundingModel.load(robot), Rewriter(address, name), text)
+    if rewrite is None or rewrite.text is None or rewrite.reason:
+        return text
+    tell(f"rewritten: {rewrite.text}")
+    return rewrite.text
 
 
 def answer(
