@@ -70,7 +70,7 @@ def say(
     with Client(realm) as client:
         subscription = client.watch(topics.ANNOTATIONS, topics.INSTRUCTION_STATUS)
         if rewriter is not None:
-            text = _in_known_words(text, client.info.run.robot, rewriter, rewriter_model)
+            text = in_known_words(text, client.info.run.robot, rewriter, rewriter_model)
         sent = client.say(text)
         limit = timeout if wait else _understanding_timeout_s
         status = follow_instruction(subscription, sent.id, limit, progress)
@@ -86,16 +86,28 @@ def say(
     return exit_codes.of_status(status) if wait else exit_codes.DONE
 
 
-def _in_known_words(text: str, robot: str, address: str, name: str) -> str:
-    """The text, or what a rewriter made of it; here, because a node opens no socket."""
+def in_known_words(text: str, robot: str, address: str, name: str) -> str:
+    """The text, or what a rewriter made of it; here, because a node opens no socket.
+
+    A rewrite that put a known word for an unknown one goes out only if a person agrees.
+    """
     from services.grounding.model import GroundingModel
     from services.grounding.rewriter import Rewriter, understand_rewritten
 
-    _, rewrite = understand_rewritten(GroundingModel.load(robot), Rewriter(address, name), text)
+    found, rewrite = understand_rewritten(GroundingModel.load(robot), Rewriter(address, name), text)
     if rewrite is None or rewrite.text is None or rewrite.reason:
+        return text
+    if found.question is not None and not _agreed(found.question):
         return text
     tell(f"rewritten: {rewrite.text}")
     return rewrite.text
+
+
+def _agreed(question: str) -> bool:
+    if _person_types():
+        return input(f"{question} [y/N] ").strip().lower() in ("y", "yes")
+    tell(f"{question} Say it so if you do")
+    return False
 
 
 def answer(

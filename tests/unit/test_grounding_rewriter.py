@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from services.commands import talk
 from services.grounding.model import GroundingModel
 from services.grounding.rewriter import (
     Rewriter,
@@ -139,3 +140,13 @@ def test_no_server_changes_nothing() -> None:
 def test_address_must_be_of_the_web() -> None:
     with pytest.raises(RewriterError, match="http://"):
         Rewriter("file:///etc/passwd")
+
+
+def test_say_sends_a_guessed_word_only_if_a_person_agrees(monkeypatch: pytest.MonkeyPatch) -> None:
+    with server(reply(PLAIN)) as (address, _):
+        assert talk.in_known_words(ODD, "husky", address, "small") == ODD
+        monkeypatch.setattr(talk, "_person_types", lambda: True)
+        for answer, sent in (("y", PLAIN), ("", ODD)):
+            monkeypatch.setattr("builtins.input", lambda _question, answer=answer: answer)
+            assert talk.in_known_words(ODD, "husky", address, "small") == sent
+        assert talk.in_known_words("go to the cone", "husky", address, "small") == "go to the cone"
