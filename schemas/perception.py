@@ -39,3 +39,22 @@ class Detections(Struct, frozen=True, kw_only=True):
     """Width and height of the picture the boxes lie in [px]."""
     inference_ms: float
     """Time the network took [ms]; 0 in lockstep, where time is modelled."""
+
+
+class SceneObservation(Struct, frozen=True, kw_only=True):
+    """What kinds of places one frame shows, from image-based scene classification or from tags.
+
+    A classifier of the whole picture speaks of one point; tags and patches of places that are seen
+    from afar speak of points ahead.
+    """
+
+    stamp_ns: int
+    """Of the frame."""
+    types: tuple[str, ...]
+    """Names of the T types of places that it tells apart."""
+    odom_from_base: Pose2
+    """Dead reckoning at the frame."""
+    points_base: Annotated[Floats, Shape("N 2")]
+    """Where the places are that were classified; (0, 0) is where the robot stands [m]."""
+    probabilities: Annotated[Floats, Shape("N T")]
+    """Calibrated type distribution of each point under even odds; a row sums to 1."""

@@ -12,7 +12,7 @@ from schemas.errors import UserError
 from schemas.health import Fault, Heartbeat, StatusRequest, SystemStatus, Tick
 from schemas.language import Annotations, Answer, Behaviors, Instruction
 from schemas.motion import BaseCommand, DriverCheckpoint, StopLatch
-from schemas.perception import Detections
+from schemas.perception import Detections, SceneObservation
 from schemas.sensing import JointState, LaserScan, Odometry, RgbdFrame
 from schemas.task import CancelRequest, Decision, Goal, GoalStatus, InstructionStatus
 
@@ -85,6 +85,7 @@ RGBD = Topic("camera/rgbd", RgbdFrame, _latest, 5, rank=6)
 DRIVER_CHECKPOINT = Topic("driver/checkpoint", DriverCheckpoint, _latest, 5, rank=7, keep_last=True)
 INSTRUCTION = Topic("instruction", Instruction, _never, 0, rank=10, keep_last=True)
 CANCEL = Topic("cancel", CancelRequest, _never, 0, rank=11)
+SCENE = Topic("scene", SceneObservation, _latest, 5, rank=8)
 ANSWER = Topic("answer", Answer, _never, 0, rank=9)
 ANNOTATIONS = Topic("annotations", Annotations, _never, 0, rank=12, keep_last=True)
 DETECTIONS = Topic("detections", Detections, _latest, 5, rank=13)
@@ -111,6 +112,7 @@ ALL_TOPICS: tuple[Topic[Any], ...] = (
     RGBD,
     DRIVER_CHECKPOINT,
     INSTRUCTION,
+    SCENE,
     ANSWER,
     CANCEL,
     ANNOTATIONS,
