@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.arrays import Flags, Floats, Ints
+from schemas.arrays import Flags, Floats
 from schemas.belief import MapBelief
 from schemas.task import Decision
 from web.shapes import Instances
@@ -89,7 +89,7 @@ def hypothesised(belief: MapBelief) -> dict[str, Instances]:
 
 def observed(belief: MapBelief) -> list[SeenObject]:
     """Objects that were seen and are more than a passing error of the detector."""
-    seen = (belief.particle < 0) & (belief.existence >= _shown_from_existence)
+    seen = belief.seen & (belief.existence >= _shown_from_existence)
     rows = np.flatnonzero(seen)
     centers = _centers(belief, rows)
     return [
@@ -111,11 +111,8 @@ def figure_rows(belief: MapBelief) -> tuple[Rows, Floats]:
     of the hypotheses in which the figure is some object.
     """
     mass = np.zeros(len(belief.particle))
-    row_of = {(int(p), int(n)): i for i, (p, n) in enumerate(_keys(belief))}
-    for particle, node in enumerate(belief.figure):
-        row = row_of.get((particle, int(node)), row_of.get((-1, int(node))))
-        if node >= 0 and row is not None:
-            mass[row] += belief.weights[particle]
+    figure = belief.row_of(np.arange(len(belief.weights), dtype=np.int32), belief.figure)
+    np.add.at(mass, figure[figure >= 0], belief.weights[figure >= 0])
     rows = np.flatnonzero(mass > 0)
     return rows, mass[rows]
 
@@ -147,10 +144,6 @@ def goal_object(belief: MapBelief, decision: Decision) -> GoalObject | None:
     return GoalObject(mode, mode.place if mode.seen else target)
 
 
-def _keys(belief: MapBelief) -> Ints:
-    return np.stack([belief.particle, belief.node], axis=-1)
-
-
 def _centers(belief: MapBelief, rows: Rows) -> Floats:
     """Objects stand on the ground: the centre is half their height above it."""
     return np.column_stack([belief.position[rows], belief.extent[rows, 2] / 2])
@@ -178,5 +171,5 @@ def _mode(belief: MapBelief, rows: Rows, mass: Floats) -> Mode:
         place=belief.position[heaviest],
         covariance=spread + inner,
         extent=belief.extent[heaviest],
-        seen=bool(belief.particle[heaviest] < 0),
+        seen=bool(belief.seen[heaviest]),
     )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.belief import MapBelief
+from schemas.belief import MapBelief, shared
 from schemas.language import (
     Annotation,
     Annotations,
@@ -21,8 +21,6 @@ from services.grounding.talk import Meaning
 from services.grounding.understanding import Intent
 from services.grounding.world import WorldObjects
 
-_shared = -1
-"""`MapBelief.particle` of objects that were seen."""
 _none = -1
 _likely_there = 0.5
 """Existence below which a detection is too doubtful to speak of."""
@@ -84,7 +82,7 @@ def annotations_message(
 def scene_of(belief: MapBelief, behaviors: Behaviors) -> Scene:
     """What was seen, with the probability that it is what is meant."""
     share = belief.weights[behaviors.particle] * behaviors.probability
-    rows = np.flatnonzero(belief.particle == _shared)
+    rows = np.flatnonzero(belief.particle == shared)
     return tuple(
         Thing(
             node=int(belief.node[row]),
@@ -110,9 +108,8 @@ def hypotheses(belief: MapBelief, names: Sequence[str]) -> list[Hypothesis]:
     known = np.array([index.get(name, _none) for name in belief.classes], dtype=np.int64)
     classes = known[belief.class_index]
     viewer = np.array([belief.viewer.x, belief.viewer.y, belief.viewer.yaw])
-    seen = belief.particle == _shared
     return [
-        _hypothesis(belief, classes, (seen | (belief.particle == at)) & (classes != _none), viewer)
+        _hypothesis(belief, classes, belief.rows_of(at) & (classes != _none), viewer)
         for at in range(len(belief.weights))
     ]
 
@@ -159,7 +156,7 @@ def _hypothesis(
         classes=classes[rows],
         positions=positions,
         extents=belief.extent[rows],
-        observed=belief.particle[rows] == _shared,
+        observed=belief.seen[rows],
         viewer=viewer,
     )
     return Hypothesis(world, belief.node[rows])

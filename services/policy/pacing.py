@@ -64,7 +64,7 @@ class Pace:
 
 def seen_objects(belief: MapBelief) -> frozenset[int]:
     """Ids of everything that was seen."""
-    return frozenset(belief.node[belief.particle < 0].tolist())
+    return frozenset(belief.node[belief.seen].tolist())
 
 
 def hidden_mass(referents: Referents, following: Candidates) -> float:

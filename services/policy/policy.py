@@ -145,7 +145,7 @@ class BeliefPolicy:
 
 
 def _row_of(belief: MapBelief, object_id: int) -> int:
-    return int(np.flatnonzero((belief.particle < 0) & (belief.node == object_id))[0])
+    return int(np.flatnonzero(belief.seen & (belief.node == object_id))[0])
 
 
 def _radius_of(belief: MapBelief, row: int) -> float:

@@ -7,7 +7,6 @@ meet here, and everything after this module sees one weighted list, whoever made
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from schemas.arrays import Flags, Floats, Ints
 from schemas.belief import MapBelief
@@ -122,10 +121,10 @@ def from_figures(belief: MapBelief) -> Referents:
 def _readings(
     belief: MapBelief, particle: Ints, figure: Ints, landmark: Ints, probability: Floats
 ) -> Referents:
-    figure_row = _rows(belief, particle, figure)
+    figure_row = belief.row_of(particle, figure)
     kept = (figure_row >= 0) & (probability > _negligible)
     figure_row, probability = figure_row[kept], probability[kept]
-    landmark_row = _rows(belief, particle[kept], landmark[kept])
+    landmark_row = belief.row_of(particle[kept], landmark[kept])
     has_landmark = landmark_row >= 0
     # Where there is no landmark its columns repeat the figure, as something that was found.
     landmark_row = np.where(has_landmark, landmark_row, figure_row)
@@ -163,15 +162,4 @@ def _with_nothing(readings: Referents) -> Referents:
 
 
 def _seen(belief: MapBelief) -> Flags:
-    return (belief.particle < 0) & (belief.existence >= _seen_above)
-
-
-def _rows(belief: MapBelief, particle: Ints, node: Ints) -> NDArray[np.intp]:
-    """Row of each (particle, node), of the objects all share otherwise, -1 where there is none."""
-    table = {
-        key: row
-        for row, key in enumerate(zip(belief.particle.tolist(), belief.node.tolist(), strict=True))
-    }
-    pairs = zip(particle.tolist(), node.tolist(), strict=True)
-    rows = [table.get((p, n), table.get((-1, n), -1)) if n >= 0 else -1 for p, n in pairs]
-    return np.array(rows, dtype=np.intp)
+    return belief.seen & (belief.existence >= _seen_above)

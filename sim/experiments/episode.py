@@ -10,6 +10,7 @@ import numpy as np
 from msgspec import Struct
 
 from schemas import topics
+from schemas.belief import shared
 from schemas.codec import decode
 from schemas.language import Annotations, Instruction
 from schemas.run import RunConfig
@@ -85,7 +86,7 @@ class _Observer:
             self.perception_cycles += 1
         elif sample.topic is topics.BELIEF:
             belief = decode(sample.payload, topics.BELIEF.type)
-            self.objects_detected = int(np.sum(belief.particle < 0))
+            self.objects_detected = int(np.sum(belief.particle == shared))
 
     @property
     def ended(self) -> bool:

@@ -162,7 +162,7 @@ class FrontierPolicyNode:
 def _nearest_seen(belief: MapBelief, label: str, pose: Pose2) -> int:
     """Id of the nearest seen object of a class, -1 for none."""
     wanted = belief.classes.index(label) if label in belief.classes else -1
-    seen = (belief.particle < 0) & (belief.existence >= _seen_above)
+    seen = belief.seen & (belief.existence >= _seen_above)
     rows = np.flatnonzero(seen & (belief.class_index == wanted))
     gaps = np.hypot(*(belief.position[rows] - (pose.x, pose.y)).T)
     return int(belief.node[rows[np.argmin(gaps)]]) if len(rows) else -1
