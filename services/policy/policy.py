@@ -46,6 +46,20 @@ class Memory:
 
 
 @dataclass(frozen=True)
+class Proposal:
+    """Everything that could be done now, and what is believed of it."""
+
+    candidates: Candidates
+    """The stop action first, then what is being followed, then all others."""
+    features: Floats
+    """(C, K, D), see `belief_features`."""
+    following: bool
+    """Whether row 1 is the candidate that is being followed."""
+    here: float
+    """1 where the robot stands at what it would declare found."""
+
+
+@dataclass(frozen=True)
 class Choice:
     """One decision."""
 
@@ -96,6 +110,18 @@ class BeliefPolicy:
         memory: Memory,
     ) -> Choice:
         """Propose, judge by the belief, take the cheapest."""
+        proposal = self.propose(belief, referents, grid, map_from_base, memory)
+        return self.choose(proposal, referents, memory)
+
+    def propose(
+        self,
+        belief: MapBelief,
+        referents: Referents,
+        grid: OccupancyGrid,
+        map_from_base: Pose2,
+        memory: Memory,
+    ) -> Proposal:
+        """The action set and its features."""
         situation = self._situation(grid, map_from_base, memory)
         proposed = self._proposed(belief, referents, situation, map_from_base)
         proposed = proposed.take(_worthwhile(proposed, situation, memory))
@@ -105,17 +131,22 @@ class BeliefPolicy:
         here = np.zeros(len(candidates))
         here[0] = _stands_at(belief, int(stop.object_id[0]), map_from_base)
         features = belief_features(situation, candidates, here, referents)
+        return Proposal(candidates, features, bool(following), float(here[0]))
+
+    def choose(self, proposal: Proposal, referents: Referents, memory: Memory) -> Choice:
+        """The cheapest, with some patience for what is being followed."""
+        candidates, features = proposal.candidates, proposal.features
         gate = self.rule.gate(memory.searching_s)
         gains, costs = self.rule.gains(features, gate), self.rule.costs(features, gate)
-        costs[1 : 1 + len(following)] *= _keep
+        costs[1 : 1 + proposal.following] *= _keep
         chosen = int(np.argmin(costs))
         return Choice(
             candidates=candidates,
             costs=costs,
             gains=gains,
             chosen=chosen,
-            confirmed=here[0] * mass_of(referents, int(stop.object_id[0])),
-            kept=bool(following) and chosen == 1,
+            confirmed=proposal.here * mass_of(referents, int(candidates.object_id[0])),
+            kept=proposal.following and chosen == 1,
             is_idle=not self.rule.is_worth(float(gains[chosen]), float(costs[chosen])),
         )
 
