@@ -11,7 +11,7 @@ The data contract, for C candidates, M readings of the instruction and D feature
              F = [Phi_1 ... Phi_K]  f8 (C, K, D)       k = 1: weighted mean
                                                        k > 1: k-th central moment
                                          |
-             cost = f(W, F)         f8 (C,)            services/policy/rule.py
+             cost = f(W, F)         f8 (C,)            services/policy/cost.py
 
 `names`, in order along D:
 
@@ -53,9 +53,6 @@ names = (
     "here",
     "tried",
 )
-moments = 2
-"""K"""
-
 _area_stride = 2
 """New ground is measured on every second block, which is fine enough for an area."""
 _same_place, _same_heading = 1.0, 0.4
@@ -82,7 +79,11 @@ class Situation:
 
 
 def belief_features(
-    situation: Situation, candidates: Candidates, here: Floats, referents: Referents
+    situation: Situation,
+    candidates: Candidates,
+    here: Floats,
+    referents: Referents,
+    moments: int,
 ) -> Floats:
     """F, shape (C, K, D).
 
@@ -91,11 +92,13 @@ def belief_features(
         candidates: C of them.
         here: (C,) 1 where the robot stands at the candidate's seen thing.
         referents: M readings.
+        moments: K.
     """
-    return moments_of(features(situation, candidates, here, referents), referents.probability)
+    phi = features(situation, candidates, here, referents)
+    return moments_of(phi, referents.probability, moments)
 
 
-def moments_of(phi: Floats, probability: Floats) -> Floats:
+def moments_of(phi: Floats, probability: Floats, moments: int) -> Floats:
     """Mean and central moments of (C, M, D) over the readings (M,): shape (C, K, D)."""
     mean = np.einsum("m,cmd->cd", probability, phi)
     central = phi - mean[:, None]

@@ -10,6 +10,7 @@ from schemas.belief import MapBelief, OccupancyGrid
 from schemas.geometry import Pose2
 from schemas.language import Annotations
 from schemas.task import Failure, Goal, GoalStatus, TaskState
+from services.policy.cost import words_of
 from services.policy.pacing import Pace, hidden_mass, seen_objects
 from services.policy.policy import BeliefPolicy, Choice, Memory
 from services.policy.referents import Referents
@@ -86,6 +87,7 @@ class Errand:
             tried=np.array(self.tried).reshape(-1, 3),
             current=self.pace.following if self.pace and under_way else None,
             searching_s=self.searching_s(stamp_ns),
+            words=words_of(self.meaning.behaviors if self.meaning else ()),
         )
 
     def goal_ended(self, status: GoalStatus, map_from_base: Pose2) -> None:

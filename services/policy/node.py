@@ -29,12 +29,20 @@ from services.policy.rule import load_rule
 
 
 class PolicyNode:
-    """Chooses where to go, and when to stop."""
+    """Chooses where to go, and when to stop.
 
-    def __init__(self, run: RunConfig, rng: np.random.Generator) -> None:
-        del rng  # The policy is deterministic.
+    Args:
+        run: names the robot.
+        rng: not used, the policy is deterministic.
+        policy: another one than the robot's own.
+    """
+
+    def __init__(
+        self, run: RunConfig, rng: np.random.Generator, policy: BeliefPolicy | None = None
+    ) -> None:
+        del rng
         self._spec = robot_of(run)
-        self._policy = BeliefPolicy(self._spec, load_rule(run.robot))
+        self._policy = policy or BeliefPolicy(self._spec, load_rule(run.robot))
         self._errand: Errand | None = None
         self._waiting: Errand | None = None
         self._asked_ns = 0

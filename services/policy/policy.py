@@ -12,8 +12,8 @@ from services.policy import candidates as candidates_of
 from services.policy import places
 from services.policy.belief_features import Situation, belief_features
 from services.policy.candidates import Candidates, Kind
+from services.policy.cost import Circumstances, Cost, Words
 from services.policy.referents import Referents, best_found, mass_of, seen_figures
-from services.policy.rule import RateRule
 from services.policy.terrain import terrain_of
 from services.policy.travel import travel_from
 from services.policy.view import FieldOfView
@@ -25,8 +25,6 @@ _refused_within = 0.7
 _standing_slack = 0.25
 """Farther from the stand-off than this is not at the thing [m]."""
 _footprint_margin = 0.05
-_keep = 0.8
-"""Cost factor of the goal that is being followed, against dithering."""
 _ways_to_a_thing = 3
 """Approaches kept for each seen thing, the nearest of those that can be reached."""
 
@@ -43,6 +41,8 @@ class Memory:
     """The candidate that is being followed."""
     searching_s: float
     """How long the search has taken [s]."""
+    words: Words = "any"
+    """What kind of landmark the instruction names."""
 
 
 @dataclass(frozen=True)
@@ -93,11 +93,11 @@ class BeliefPolicy:
 
     Args:
         spec: the robot, for its camera and size.
-        rule: what candidates cost.
+        cost: of candidates.
     """
 
-    def __init__(self, spec: RobotSpec, rule: RateRule) -> None:
-        self.rule = rule
+    def __init__(self, spec: RobotSpec, cost: Cost) -> None:
+        self.cost = cost
         self._radius = spec.base.radius + _footprint_margin
         self._view = FieldOfView.of(spec.camera)
 
@@ -130,30 +130,29 @@ class BeliefPolicy:
         candidates = candidates_of.joined([stop, *following, proposed])
         here = np.zeros(len(candidates))
         here[0] = _stands_at(belief, int(stop.object_id[0]), map_from_base)
-        features = belief_features(situation, candidates, here, referents)
+        features = belief_features(situation, candidates, here, referents, self.cost.moments)
         return Proposal(candidates, features, bool(following), float(here[0]))
 
     def choose(self, proposal: Proposal, referents: Referents, memory: Memory) -> Choice:
-        """The cheapest, with some patience for what is being followed."""
-        candidates, features = proposal.candidates, proposal.features
-        gate = self.rule.gate(memory.searching_s)
-        gains, costs = self.rule.gains(features, gate), self.rule.costs(features, gate)
-        costs[1 : 1 + proposal.following] *= _keep
-        chosen = int(np.argmin(costs))
+        """The cheapest (Eq. policy)."""
+        candidates = proposal.candidates
+        circumstances = Circumstances(memory.searching_s, memory.words, proposal.following)
+        judged = self.cost.judge(proposal.features, circumstances)
+        chosen = int(np.argmin(judged.costs))
         return Choice(
             candidates=candidates,
-            costs=costs,
-            gains=gains,
+            costs=judged.costs,
+            gains=judged.gains,
             chosen=chosen,
             confirmed=proposal.here * mass_of(referents, int(candidates.object_id[0])),
             kept=proposal.following and chosen == 1,
-            is_idle=not self.rule.is_worth(float(gains[chosen]), float(costs[chosen])),
+            is_idle=not bool(judged.worthwhile[chosen]),
         )
 
     def goal_of(self, referents: Referents, searching_s: float) -> int | None:
         """Seen object that is meant beyond the doubt allowed after so long a search, or None."""
         best = best_found(referents)
-        return best if mass_of(referents, best) >= self.rule.gate(searching_s) else None
+        return best if mass_of(referents, best) >= self.cost.gate(searching_s) else None
 
     def _situation(self, grid: OccupancyGrid, pose: Pose2, memory: Memory) -> Situation:
         terrain = terrain_of(grid)

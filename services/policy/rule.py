@@ -18,8 +18,12 @@ import numpy as np
 from msgspec import Struct
 
 from schemas.arrays import Floats
-from services.policy.belief_features import moments, names
+from services.policy.belief_features import names
+from services.policy.cost import Circumstances, Judgement
 
+_moments = 2
+_keep = 0.8
+"""Cost factor of what is being followed, against dithering."""
 _hopeless = 1e4
 """Cost of a stop that is not confirmed: finite, and more than anything else costs [m]."""
 
@@ -57,13 +61,21 @@ class RateRule(Struct, frozen=True, kw_only=True):
         """Probability from which on a seen thing is the goal, after so long a search [s]."""
         return float(np.interp(searching_s, self.late_s, (self.confirmed, self.confirmed_late)))
 
-    def is_worth(self, gain: float, cost: float) -> bool:
-        """Whether a candidate is worth doing at all."""
-        return gain >= self.least_gain and cost < _hopeless
+    @property
+    def moments(self) -> int:
+        """K."""
+        return _moments
+
+    def judge(self, features: Floats, circumstances: Circumstances) -> Judgement:
+        """Judge candidates with features (C, K, D), with some patience for what is followed."""
+        gate = self.gate(circumstances.searching_s)
+        gains, costs = self.gains(features, gate), self.costs(features, gate)
+        costs[1 : 1 + circumstances.following] *= _keep
+        return Judgement(costs, gains, (gains >= self.least_gain) & (costs < _hopeless))
 
     def gains(self, features: Floats, gate: float) -> Floats:
         """Worth (C,) of candidates with features (C, K, D), in [0, 1] about; see `gate`."""
-        weights = np.stack([_vector(self.mean), _vector(self.variance)])[:moments]
+        weights = np.stack([_vector(self.mean), _vector(self.variance)])[:_moments]
         gain = np.einsum("ckd,kd->c", features, weights)
         gain = gain * self.tried_factor ** _mean(features, "tried")
         return np.where(_mean(features, "reach_found") >= gate, 1.0, gain)

@@ -199,7 +199,7 @@ def test_moments_are_mean_and_variance_of_the_readings():
     phi = np.random.default_rng(0).random((3, 50, 4))
     p = np.random.default_rng(1).random(50)
     p /= p.sum()
-    moments = moments_of(phi, p)
+    moments = moments_of(phi, p, 2)
     mean = (p[:, None] * phi).sum(axis=1)
     np.testing.assert_allclose(moments[:, 0], mean)
     np.testing.assert_allclose(moments[:, 1], (p[:, None] * phi**2).sum(axis=1) - mean**2)
