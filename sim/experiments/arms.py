@@ -1,8 +1,8 @@
 """Other ways to run the robot, to compare with: the same nodes, one of them replaced.
 
-`known` has the true map in place of the filter; `without_language` has a filter that hears no
-words and is told the class alone; `frontier` goes to the nearest place nobody has looked at until
-it sees that class.
+`known` has the true map in place of the filter, and drives the shortest path that RRT* finds on it;
+`without_language` has a filter that hears no words and is told the class alone; `frontier` goes to
+the nearest place nobody has looked at until it sees that class.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -12,8 +12,9 @@ from typing import Literal, get_args
 import msgspec
 import numpy as np
 
-from robots.catalogue import robot_of
+from robots.catalogue import get_robot, robot_of
 from schemas import topics
+from schemas.arrays import Floats
 from schemas.belief import MapBelief, OccupancyGrid
 from schemas.geometry import Pose2
 from schemas.language import Annotations, Instruction
@@ -26,15 +27,21 @@ from services.mapping.node import MappingNode
 from services.process_table import Process
 from services.runtime.node import Node, node_generator
 from sim.experiments.frontier_policy import FrontierPolicyNode
+from sim.experiments.reference_driver import ReferenceDriverNode
+from sim.experiments.reference_path import reference_path
 from sim.experiments.true_map import TrueMapNode
+from sim.oracle import footprint
 from sim.scenes.hydrant import SECTOR
-from sim.scenes.object_relative import ARENA
+from sim.scenes.object_relative import ARENA, STOP_SHORT
+from sim.world import make_world
 
 Arm = Literal["ours", "known", "without_language", "frontier"]
 ARMS: tuple[Arm, ...] = get_args(Arm)
 
 _arena_margin = 1.0
 """The sector of the arena begins this far behind the start [m]."""
+_margin = 0.05
+"""Of the reference path beyond the footprint's circle, because a base cuts corners [m]."""
 _surely_looked = -60
 """As `OccupancyGrid.looked`."""
 
@@ -55,7 +62,11 @@ class Truthful:
 def nodes_of(arm: Arm, nodes: Nodes, run: RunConfig, truth: Truthful) -> Nodes:
     """The nodes of the process table with those of the arm in their places."""
     if arm == "known":
-        return _with(nodes, "mapping", TrueMapNode(run, truth.world_from_base, truth.meaning))
+        mapped = _with(nodes, "mapping", TrueMapNode(run, truth.world_from_base, truth.meaning))
+        driver = ReferenceDriverNode(
+            get_robot(run.robot), truth.world_from_base, lambda heard: _way(run, truth, heard)
+        )
+        return _with(mapped, "policy", driver)
     if arm == "without_language":
         deaf = _with(nodes, "mapping", MapWithoutWords(run))
         return _with(deaf, "grounding", ClassAlone(run))
@@ -63,6 +74,18 @@ def nodes_of(arm: Arm, nodes: Nodes, run: RunConfig, truth: Truthful) -> Nodes:
         deaf = _with(nodes, "mapping", MapWithoutWords(run))
         return _with(deaf, "policy", FrontierPolicyNode(robot_of(run)))
     return nodes
+
+
+def _way(run: RunConfig, truth: Truthful, heard: Annotations) -> Floats | None:
+    """The reference path to the first thing that is meant."""
+    meant = truth.meaning(heard)
+    if not meant:
+        return None
+    world = make_world(run.world, run.seed)
+    start, end = world.world_from_start, world.find(meant[0]).world_from_object
+    others = [footprint(placed) for placed in world.objects if placed.id != meant[0]]
+    radius = get_robot(run.robot).base.radius + _margin
+    return reference_path((start.x, start.y), (end.x, end.y), others, radius, STOP_SHORT, run.seed)
 
 
 def _with(nodes: Nodes, name: str, node: Node) -> Nodes:

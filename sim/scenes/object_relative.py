@@ -65,7 +65,7 @@ def two_hydrants_one_cone(rng: Generator) -> Layout:
     They are equally far on average: where nothing is said of the cone, which one is found is
     chance.
     """
-    distance = (10.4 + STOP_SHORT, 1.83)
+    distance = (10.3 + STOP_SHORT, 1.83)
     cone, goal = hydrant_behind_cone(rng, *distance)
     while True:
         other = _ahead(float(rng.normal(*distance)), rng)

@@ -151,7 +151,7 @@ def test_an_arm_replaces_nothing_but_what_it_is_about(arm: Arm) -> None:
     kept = {process.name for process, node in changed.items() if isinstance(node, _Dummy)}
     replaced = {
         "ours": set(),
-        "known": {"mapping"},
+        "known": {"mapping", "policy"},
         "without_language": {"mapping", "grounding"},
         "frontier": {"mapping", "policy"},
     }[arm]
