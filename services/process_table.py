@@ -74,7 +74,7 @@ PROCESSES: tuple[Process, ...] = (
         node="services.mapping.node:MappingNode",
         latency_ms=20.0,
         listens=(topics.ODOMETRY, topics.SCAN, topics.ANNOTATIONS, topics.DETECTIONS),
-        publishes=(topics.GRID, topics.BELIEF),
+        publishes=(topics.GRID, topics.BELIEF, topics.FAULT),
         purpose="keeps the distribution over maps",
     ),
     Process(

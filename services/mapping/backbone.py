@@ -7,7 +7,7 @@ import gtsam
 import numpy as np
 
 from schemas.arrays import Floats
-from schemas.geometry import Pose2, wrap_angle
+from schemas.geometry import Pose2
 from services.mapping import graph
 from services.mapping.odometer import Odometer, OdometryNoise
 from services.mapping.sightings import Sightings
@@ -20,6 +20,14 @@ _flush_after = 10
 _still = 0.1
 _anchor_sigmas = (0.01, 0.01, 0.003)
 _failures = (RuntimeError, IndexError, ValueError)
+"""What the solver raises when factors and values do not make a map."""
+_refreshed = 20
+"""Objects whose covariances are brought up to date at each solution, besides those just seen.
+
+The others keep an older one, which is the larger: evidence elsewhere can only lower it.
+"""
+_jump_variances = (1.0, 1.0, 0.25)
+"""Of x, y [m^2] and yaw [rad^2] where dead reckoning broke off and began again."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +38,25 @@ class Uncertainty:
     """Mean over both axes [m^2]."""
     yaw_variance: float
     """[rad^2]"""
+
+
+@dataclass(frozen=True)
+class _Solution:
+    """A solver that has taken new factors, and what it says."""
+
+    isam: gtsam.ISAM2
+    poses: Floats
+    """(X, 3) x, y, yaw."""
+    objects: dict[int, tuple[Floats, Floats]]
+    pose_covariance: Floats
+    """(3, 3) of the last pose."""
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether it is an answer at all."""
+        parts = [self.poses, self.pose_covariance]
+        parts += [part for thing in self.objects.values() for part in thing]
+        return all(bool(np.isfinite(part).all()) for part in parts)
 
 
 class Backbone:
@@ -46,28 +73,30 @@ class Backbone:
 
     def __init__(self, map_from_base: Pose2, odom_from_base: Pose2, earlier: Floats) -> None:
         self.rejected = 0
+        self.refusal = ""
+        """Why the solver refused factors the last time."""
         self.objects: dict[int, tuple[Floats, Floats]] = {}
         self.uncertainty = Uncertainty(0.0, 0.0)
         self._earlier = earlier
-        self._poses = [map_from_base]
+        self._poses: Floats = np.array([[map_from_base.x, map_from_base.y, map_from_base.yaw]])
         self._odom_from_node = odom_from_base
         self._odometer = Odometer(odom_from_base)
         self._sightings = Sightings()
+        self._turn = 0
         self._isam = gtsam.ISAM2(_parameters())
         problem = graph.Problem()
         graph.add_pose_prior(problem, 0, map_from_base, _anchor_sigmas)
-        self._solve(problem)
+        self._solve(problem, 1, [])
 
     @property
     def map_from_odom(self) -> Pose2:
         """Correction of the drift, as of the last pose node."""
-        return self._poses[-1] @ self._odom_from_node.inverse()
+        return self._last_node @ self._odom_from_node.inverse()
 
     @property
     def trajectory(self) -> Floats:
         """Pose nodes x, y, yaw (X, 3) in the map frame."""
-        mine = np.array([[pose.x, pose.y, pose.yaw] for pose in self._poses])
-        return np.concatenate([self._earlier, mine])
+        return np.concatenate([self._earlier, self._poses])
 
     def locate(self, odom_from_base: Pose2) -> Pose2:
         """map_from_base at a moment of known dead reckoning."""
@@ -85,12 +114,11 @@ class Backbone:
         waiting = self._sightings.most >= _flush_after and (way > _still or turn > _still)
         return way >= pose_spacing or turn >= pose_turn or waiting
 
-    def restore(self, number: int, mean: Floats, covariance: Floats) -> None:
+    def restore(self, number: int, mean: Floats, covariance: Floats) -> bool:
         """Take up an object of an earlier life of the process: (2,), (2, 2), map frame."""
         problem = graph.Problem()
         graph.add_object_prior(problem, number, mean, covariance)
-        if self._solve(problem):
-            self.objects[number] = (mean, covariance)
+        return self._solve(problem, len(self._poses), [number])
 
     def sight(
         self, number: int, point_base: Floats, covariance: Floats, odom_from_base: Pose2
@@ -104,53 +132,80 @@ class Backbone:
 
         Returns False, and leaves the map as it was, when the solver refuses the new factors.
         """
-        node = len(self._poses)
-        problem, seen = graph.Problem(), list(self.objects)
+        step = self._odom_from_node.inverse() @ odom_from_base
+        return self._add_node(odom_from_base, step, self._odometer.variances(odom_from_base))
+
+    def jump(self, before: Pose2, after: Pose2) -> bool:
+        """Begin dead reckoning anew: it says `after` where it had said `before` (odom_from_base).
+
+        The robot is believed to be about where it was: an edge that says little goes between the
+        two beginnings, so that nothing that was mapped is bent, and what is seen again decides.
+        """
+        self.extend(before)
+        return self._add_node(after, Pose2(0.0, 0.0, 0.0), _jump_variances)
+
+    @property
+    def _last_node(self) -> Pose2:
+        return Pose2(*self._poses[-1].tolist())
+
+    def _add_node(
+        self, odom_from_base: Pose2, step: Pose2, variances: tuple[float, float, float]
+    ) -> bool:
+        node, here = len(self._poses), self._last_node
+        problem, seen = graph.Problem(), list[int]()
         for sighting in self._sightings.take(node - 1):
             known = sighting.object in self.objects
-            guess = None if known else self._poses[-1].apply(sighting.point)
+            guess = None if known else here.apply(sighting.point)
             graph.add_sighting(problem, replace(sighting, guess=guess))
             seen.append(sighting.object)
-        graph.add_motion(problem, self._motion(node, odom_from_base))
-        if not self._solve(problem):
+        graph.add_motion(problem, graph.Motion(node - 1, node, step, variances, here @ step))
+        if not self._solve(problem, node + 1, seen):
             return False
-        self._poses.append(self.locate(odom_from_base))
         self._odom_from_node = odom_from_base
         self._odometer.restart(odom_from_base)
-        self._read_out(seen)
         return True
 
-    def _motion(self, node: int, odom_from_base: Pose2) -> graph.Motion:
-        return graph.Motion(
-            before=node - 1,
-            after=node,
-            before_from_after=self._odom_from_node.inverse() @ odom_from_base,
-            variances=self._odometer.variances(odom_from_base),
-            map_from_after=self.locate(odom_from_base),
-        )
-
-    def _solve(self, problem: graph.Problem) -> bool:
+    def _solve(self, problem: graph.Problem, poses: int, seen: list[int]) -> bool:
         # After an exception the solver answers on, but is corrupt: only a copy takes the risk.
         candidate = gtsam.ISAM2(self._isam)
         try:
             candidate.update(problem.factors, problem.values)
-        except _failures:
-            self.rejected += 1
-            return False
-        self._isam = candidate
+            solution = self._read_out(candidate, poses, seen)
+        except _failures as error:
+            return self._refuse(str(error).strip().partition("\n")[0])
+        if not solution.is_finite:
+            return self._refuse("the solution is not finite")
+        self._isam, self._poses, self.objects = solution.isam, solution.poses, solution.objects
+        own = solution.pose_covariance
+        self.uncertainty = Uncertainty((own[0, 0] + own[1, 1]) / 2, own[2, 2])
         return True
 
-    def _read_out(self, seen: list[int]) -> None:
-        estimate = self._isam.calculateEstimate()
-        for node in range(len(self._poses)):
-            pose = estimate.atPose2(graph.pose_key(node))
-            self._poses[node] = Pose2(pose.x(), pose.y(), wrap_angle(pose.theta()))
-        for number in seen:
+    def _refuse(self, reason: str) -> bool:
+        self.rejected, self.refusal = self.rejected + 1, reason
+        return False
+
+    def _read_out(self, isam: gtsam.ISAM2, poses: int, seen: list[int]) -> _Solution:
+        estimate = isam.calculateEstimate()
+        found: Floats = gtsam.utilities.extractPose2(estimate)
+        assert len(found) == poses
+        found[:, 2] = (found[:, 2] + math.pi) % (2 * math.pi) - math.pi
+        fresh = set(seen) | set(self._next_in_turn())
+        objects: dict[int, tuple[Floats, Floats]] = {}
+        for number in dict.fromkeys([*self.objects, *seen]):
             key = graph.object_key(number)
-            covariance: Floats = self._isam.marginalCovariance(key)
-            self.objects[number] = (np.array(estimate.atPoint2(key)), covariance)
-        own: Floats = self._isam.marginalCovariance(graph.pose_key(len(self._poses) - 1))
-        self.uncertainty = Uncertainty((own[0, 0] + own[1, 1]) / 2, own[2, 2])
+            old = None if number in fresh else self.objects[number][1]
+            covariance: Floats = isam.marginalCovariance(key) if old is None else old
+            objects[number] = (np.array(estimate.atPoint2(key)), covariance)
+        own: Floats = isam.marginalCovariance(graph.pose_key(poses - 1))
+        return _Solution(isam, found, objects, own)
+
+    def _next_in_turn(self) -> list[int]:
+        """Objects whose covariances are due; each has its turn."""
+        numbers = list(self.objects)
+        if len(numbers) <= _refreshed:
+            return numbers
+        self._turn = (self._turn + _refreshed) % len(numbers)
+        return [numbers[(self._turn + step) % len(numbers)] for step in range(_refreshed)]
 
 
 def _parameters() -> gtsam.ISAM2Params:

@@ -17,6 +17,7 @@ from schemas.sensing import LaserScan
 from services.mapping import visibility
 from services.mapping.annotations import Reading
 from services.mapping.backbone import Backbone
+from services.mapping.faults import FaultLog
 from services.mapping.grid import Grid
 from services.mapping.object_map import ObjectMap
 from services.mapping.odometer import OdometryNoise
@@ -41,6 +42,7 @@ class SemanticFilter:
     ) -> None:
         origin = Pose2(0.0, 0.0, 0.0)
         self.classes = classes
+        self.faults = FaultLog("mapping")
         self.backbone = Backbone(origin, origin, np.zeros((0, 3)))
         self.objects = ObjectMap(len(classes))
         self.grid = Grid((0.0, 0.0))
@@ -59,8 +61,8 @@ class SemanticFilter:
         seen, appeared = self.objects.associate(picture)
         self._update(picture, seen, appeared, detections.odom_from_base)
         vanished = self._look(detections, picture)
-        self._weigh()
-        self._resample(redraw=appeared or vanished)
+        impossible = self._weigh()
+        self._resample(redraw=appeared or vanished or impossible)
 
     def hear(self, readings: tuple[Reading, ...], odom_from_base: Pose2) -> None:
         """Take an utterance as evidence: every particle samples what it means, and where it is."""
@@ -80,6 +82,10 @@ class SemanticFilter:
         if self.backbone.due(odom_from_base):
             self._extend(odom_from_base)
 
+    def jump(self, before: Pose2, after: Pose2) -> None:
+        """Dead reckoning broke off at `before` and began again at `after`."""
+        self._settle(self.backbone.jump(before, after))
+
     def scan(self, scan: LaserScan) -> None:
         """Enter a scan into the grid."""
         self.grid.insert(scan, self.backbone.locate(scan.odom_from_base))
@@ -92,7 +98,11 @@ class SemanticFilter:
     def _propagate(self, detections: Detections) -> Picture:
         """The picture at the pose that dead reckoning predicts."""
         map_from_base = self.backbone.locate(detections.odom_from_base)
-        return read_picture(detections, self.classes, map_from_base, self.backbone.uncertainty)
+        around = self.backbone.uncertainty
+        picture = read_picture(detections, self.classes, map_from_base, around)
+        for flaw in picture.flaws:
+            self.faults.note("unusable detection", flaw)
+        return picture
 
     def _update(
         self,
@@ -113,9 +123,15 @@ class SemanticFilter:
             self._extend(odom_from_base)
 
     def _extend(self, odom_from_base: Pose2) -> None:
-        if self.backbone.extend(odom_from_base):
-            self.objects.moved(self.backbone.objects)
-            self._stale = True
+        self._settle(self.backbone.extend(odom_from_base))
+
+    def _settle(self, solved: bool) -> None:
+        """Take over what the pose graph says now."""
+        if not solved:
+            self.faults.note("refused by the solver", self.backbone.refusal)
+            return
+        self.objects.moved(self.backbone.objects)
+        self._stale = True
 
     def _look(self, detections: Detections, picture: Picture) -> bool:
         """Negative evidence, for places and for known things; True if one of these is gone."""
@@ -123,14 +139,23 @@ class SemanticFilter:
         visibility.look(self.grid, view, picture.map_from_base, picture.points_base)
         return self.objects.miss(picture, view)
 
-    def _weigh(self) -> None:
-        """Eq. weight_update_all: weights follow the change of the density they sample."""
+    def _weigh(self) -> bool:
+        """Eq. weight_update_all: weights follow the change of the density they sample.
+
+        True if no hypothesis is possible any more.
+        """
         if not self.readings:
-            return
+            return False
         self.particles = placed(self.particles, self.objects.columns)
         now = log_target(self.particles, self.evidence)
-        self.particles = self.particles.weighted(self.particles.log_weight + now - self._log_target)
+        with np.errstate(invalid="ignore"):  # What was impossible may stay so.
+            change = self.particles.log_weight + now - self._log_target
+        self.particles = self.particles.weighted(change)
         self._log_target = now
+        if np.isfinite(change).any():
+            return False
+        self.faults.note("no hypothesis fits", "all weights vanished: all are drawn anew")
+        return True
 
     def _resample(self, redraw: bool) -> None:
         """Draw anew when the set of things changed; mix in new hypotheses when depleted.

@@ -16,6 +16,7 @@ from schemas.topics import Handlers, Output
 from services.mapping.annotations import readings_of
 from services.mapping.belief import belief_of, restore
 from services.mapping.filter import SemanticFilter
+from services.mapping.gate import Gate
 from services.mapping.odometer import OdometryNoise
 
 _grid_period_ns = 500_000_000
@@ -28,20 +29,23 @@ class MappingNode:
         robot = robot_of(run)
         classes = robot.symbols.object_classes
         self._filter = SemanticFilter(classes, robot.camera, run.particles, rng)
+        known = classes + robot.symbols.locations
+        self._gate = Gate(robot.limits, known, self._filter.faults, self._jump)
         self._odom_from_base = Pose2(0.0, 0.0, 0.0)
         self._instruction_id = ""
         self._heard_at: dict[str, Pose2] = {}
-        self._last_picture_ns = -1
         self._last_grid_ns: int | None = None
 
     def handlers(self) -> Handlers:
         """See `services.runtime.node.Node`."""
-        return {
-            topics.ODOMETRY: self.on_odometry,
-            topics.SCAN: self.on_scan,
-            topics.DETECTIONS: self.on_detections,
-            topics.ANNOTATIONS: self.on_annotations,
-        }
+        return self._gate.guarded(
+            {
+                topics.ODOMETRY: self.on_odometry,
+                topics.SCAN: self.on_scan,
+                topics.DETECTIONS: self.on_detections,
+                topics.ANNOTATIONS: self.on_annotations,
+            }
+        )
 
     def resume(self) -> Handlers:
         """See `services.runtime.node.Resumable`."""
@@ -64,10 +68,7 @@ class MappingNode:
         return (topics.GRID.of(self._filter.grid.message(message.stamp_ns)),)
 
     def on_detections(self, message: Detections) -> Iterable[Output]:
-        """One step of the filter; pictures that come late or twice are no new evidence."""
-        if message.stamp_ns <= self._last_picture_ns:
-            return ()
-        self._last_picture_ns = message.stamp_ns
+        """One step of the filter."""
         self._odom_from_base = message.odom_from_base
         self._filter.observe(message)
         return self._belief(message.stamp_ns)
@@ -91,9 +92,9 @@ class MappingNode:
         """Take up the belief that this process published before it was killed."""
         restore(self._filter, message)
         self._instruction_id = message.instruction_id
-        self._last_picture_ns = message.stamp_ns
         odom_from_map = message.map_from_odom.inverse()
         self._odom_from_base = odom_from_map @ message.map_from_base
+        self._gate.resume(message.stamp_ns, self._odom_from_base)
         self._heard_at[message.instruction_id] = odom_from_map @ message.viewer
         return ()
 
@@ -102,6 +103,12 @@ class MappingNode:
         self._filter.grid.restore(message)
         self._last_grid_ns = message.stamp_ns
         return ()
+
+    def _jump(self, before: Pose2, after: Pose2) -> None:
+        self._filter.jump(before, after)
+        # What was heard was heard at the same places, which have other names now.
+        new_from_old = after @ before.inverse()
+        self._heard_at = {name: new_from_old @ pose for name, pose in self._heard_at.items()}
 
     def _belief(self, stamp_ns: int) -> Iterable[Output]:
         if self._instruction_id and not self._filter.readings:

@@ -54,7 +54,14 @@ class Particles:
         )
 
     def weighted(self, log_weight: Floats) -> "Particles":
-        """The same hypotheses with new weights (P,), which are normalised."""
+        """The same hypotheses with new weights (P,), which are normalised.
+
+        What is no number counts for nothing; where nothing counts, all count alike.
+        """
+        if not np.isfinite(log_weight).all():
+            log_weight = np.where(np.isfinite(log_weight), log_weight, -np.inf)
+            if not np.isfinite(log_weight).any():
+                log_weight = np.zeros(len(log_weight))
         top = log_weight.max()
         return replace(self, log_weight=log_weight - top - np.log(np.exp(log_weight - top).sum()))
 

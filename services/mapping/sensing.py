@@ -8,6 +8,7 @@ from schemas.arrays import Floats
 from schemas.geometry import Pose2
 from schemas.perception import Detections
 from services.mapping.backbone import Uncertainty
+from services.mapping.soundness import flaw_of_detection
 
 _position_floor = 0.1
 """Calibration and attitude errors that the detector does not know of [m]."""
@@ -35,6 +36,8 @@ class Picture:
     """(N, 3) [m]"""
     uncertainty: Uncertainty
     """Of the pose from which the picture was taken."""
+    flaws: tuple[str, ...] = ()
+    """Why each of the other detections was left out."""
 
 
 def read_picture(
@@ -43,8 +46,9 @@ def read_picture(
     map_from_base: Pose2,
     uncertainty: Uncertainty,
 ) -> Picture:
-    """Detections that are finite and have a positive definite covariance."""
-    keep = _valid(detections)
+    """What is sound of a picture, at the pose that is given."""
+    flaws = [flaw_of_detection(detections, row) for row in range(len(detections.scores))]
+    keep = [row for row, flaw in enumerate(flaws) if not flaw]
     points = detections.centers_base[keep, :2]
     widened = _widened(detections, keep)
     rotation = map_from_base.lifted().rotation()[:2, :2]
@@ -54,24 +58,11 @@ def read_picture(
         points=map_from_base.apply(points),
         covariances_base=widened,
         covariances=rotation @ widened @ rotation.T,
-        class_probability=_in_vocabulary(detections, vocabulary)[keep],
+        class_probability=_in_vocabulary(detections, vocabulary, keep),
         extents=detections.extents[keep],
         uncertainty=uncertainty,
+        flaws=tuple(flaw for flaw in flaws if flaw),
     )
-
-
-def _valid(detections: Detections) -> list[int]:
-    return [
-        i
-        for i in range(len(detections.scores))
-        if np.isfinite(detections.centers_base[i]).all()
-        and np.isfinite(detections.extents[i]).all()
-        and _positive_definite(detections.covariances[i, :2, :2])
-    ]
-
-
-def _positive_definite(matrix: Floats) -> bool:
-    return bool(np.isfinite(matrix).all() and np.linalg.eigvalsh(matrix)[0] > 0)
 
 
 def _widened(detections: Detections, keep: list[int]) -> Floats:
@@ -81,9 +72,9 @@ def _widened(detections: Detections, keep: list[int]) -> Floats:
     return detections.covariances[keep, :2, :2] + extra[:, None, None] * np.eye(2)
 
 
-def _in_vocabulary(detections: Detections, vocabulary: tuple[str, ...]) -> Floats:
-    table = np.zeros((len(detections.scores), len(vocabulary)))
+def _in_vocabulary(detections: Detections, vocabulary: tuple[str, ...], keep: list[int]) -> Floats:
+    table = np.zeros((len(keep), len(vocabulary)))
     for column, name in enumerate(detections.classes):
         target = vocabulary.index(name if name in vocabulary else "unknown")
-        table[:, target] += detections.probabilities[:, column]
-    return np.nan_to_num(table)
+        table[:, target] += detections.probabilities[keep, column]
+    return table

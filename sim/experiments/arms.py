@@ -134,15 +134,18 @@ class MapWithoutWords:
     def on_detections(self, detections: Detections) -> Iterable[Output]:
         """Beliefs under the instruction's name."""
         for output in self._mapping[topics.DETECTIONS](detections):
-            assert isinstance(output.message, MapBelief)
-            named = msgspec.structs.replace(output.message, instruction_id=self._instruction_id)
-            yield topics.BELIEF.of(named)
+            message = output.message
+            if isinstance(message, MapBelief):
+                message = msgspec.structs.replace(message, instruction_id=self._instruction_id)
+            yield Output(output.topic, message)
 
     def on_scan(self, scan: LaserScan) -> Iterable[Output]:
         """Grids in which nothing is left to look for outside the arena."""
         for output in self._mapping[topics.SCAN](scan):
-            assert isinstance(output.message, OccupancyGrid)
-            yield topics.GRID.of(_within_arena(output.message))
+            message = output.message
+            if isinstance(message, OccupancyGrid):
+                message = _within_arena(message)
+            yield Output(output.topic, message)
 
 
 def _within_arena(grid: OccupancyGrid) -> OccupancyGrid:

@@ -330,16 +330,3 @@ def drift_error(things: list[tuple[str, float, float]], seed: int, path: list) -
     belief = last_belief(drive(make_node(particles=2), world, path))
     step = world.true.inverse() @ belief.map_from_base
     return math.hypot(step.x, step.y)
-
-
-def test_late_and_broken_pictures_are_not_evidence() -> None:
-    node, world = make_node(), World([("cone", 4.0, 0.0)], false_rate=0.0)
-    drive(node, world, [(1.0, 0.0)])
-    picture = world.look()
-    assert not list(node.on_detections(picture))
-    broken = msgspec.structs.replace(
-        picture,
-        stamp_ns=picture.stamp_ns + 1,
-        covariances=np.full_like(picture.covariances, np.nan),
-    )
-    assert len(last_belief(node.on_detections(broken)).node) == 1
