@@ -4,10 +4,11 @@ from dataclasses import replace
 
 from robots.husky.spec import HUSKY
 from robots.spec import RobotSpec
+from robots.wheelchair.spec import WHEELCHAIR
 from schemas.errors import UserError
 from schemas.run import RunConfig
 
-ROBOTS: dict[str, RobotSpec] = {spec.name: spec for spec in (HUSKY,)}
+ROBOTS: dict[str, RobotSpec] = {spec.name: spec for spec in (HUSKY, WHEELCHAIR)}
 
 
 class UnknownRobotError(UserError):

@@ -40,11 +40,19 @@ class BaseGeometry:
     """[m]"""
     mass: float
     """[kg]"""
+    turns_anywhere: bool = True
+    """Whether ways are planned so wide that the base can turn round at every point of them; a long
+    base that has to get through doors does without."""
 
     @property
     def radius(self) -> float:
         """Of the circle around the footprint [m]."""
         return 0.5 * (self.length**2 + self.width**2) ** 0.5
+
+    @property
+    def passage_radius(self) -> float:
+        """Room that ways leave to either side [m]."""
+        return self.radius if self.turns_anywhere else 0.5 * self.width
 
 
 @dataclass(frozen=True)

@@ -53,8 +53,8 @@ PROCESSES: tuple[Process, ...] = (
         node="services.perception.node:PerceptionNode",
         latency_ms=40.0,
         listens=(topics.RGBD,),
-        publishes=(topics.DETECTIONS,),
-        purpose="finds objects in camera pictures",
+        publishes=(topics.DETECTIONS, topics.SCENE),
+        purpose="finds objects and kinds of places in camera pictures",
     ),
     Process(
         name="grounding",

@@ -24,6 +24,8 @@ _topic_of: dict[type[Reading], Topic[Any]] = {
     LaserScan: topics.SCAN,
     RgbdFrame: topics.RGBD,
 }
+DRAWN = ("husky",)
+"""Robots whose looks and camera pictures the simulator can draw."""
 _longest_step_ns = 100_000_000
 _checkpoint_period_ns = 200_000_000
 
@@ -99,9 +101,11 @@ def open_driver(run: RunConfig) -> RobotDriver:
     """The simulated robot of a run, with its camera.
 
     Raises:
-        MissingComponentError: there is no Vulkan device to draw the camera's pictures with.
+        MissingComponentError: its pictures cannot be drawn, or there is no Vulkan device to draw
+            them with.
         WorldError: no such world.
     """
+    require_pictures(run.robot)
     vulkan.activate()
     # sapien must not be imported before the driver it is to draw with is in place.
     from sim.driver import SapienDriver  # noqa: PLC0415
@@ -113,3 +117,16 @@ def open_driver(run: RunConfig) -> RobotDriver:
         raise MissingComponentError(
             f"no Vulkan device to draw with ({error}); mend it with 'incognita doctor --fix'"
         ) from error
+
+
+def require_pictures(robot: str) -> None:
+    """Make sure that a robot's cameras can be simulated.
+
+    Raises:
+        MissingComponentError: they cannot; the message says what works without.
+    """
+    if robot not in DRAWN:
+        raise MissingComponentError(
+            f"the cameras of {robot!r} are not simulated yet; use --robot {' or '.join(DRAWN)}, or "
+            f"'incognita episode --robot {robot}', where perception is modelled"
+        )

@@ -1,4 +1,4 @@
-"""The ground and the objects of a world as static bodies that robots bump into and beams hit."""
+"""Ground, objects and walls of a world as static bodies that robots bump into and beams hit."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from sapien import physx
 from sim.assets.asset import CollisionShape
 from sim.assets.library import make_asset
 from sim.rendering.bodies import entity
-from sim.scenes.model import PlacedObject, World
+from sim.scenes.model import PlacedObject, Wall, World
 
 UPRIGHT = [math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0]
 """PhysX cylinders lie along x."""
 
 
 def add_obstacles(scene: sapien.Scene, world: World) -> None:
-    """Put the ground and every object's collision shapes into the scene.
+    """Put the ground, every object's collision shapes and all walls into the scene.
 
     Nothing has friction: the imposed speeds of the base are then exact without a controller.
     """
@@ -31,6 +31,21 @@ def add_obstacles(scene: sapien.Scene, world: World) -> None:
         standing.name = placed.id
         standing.set_pose(_pose(placed))
         standing.add_to_scene(scene)
+    for wall in world.walls:
+        _add_wall(scene, wall, slippery)
+
+
+def _add_wall(scene: sapien.Scene, wall: Wall, material: physx.PhysxMaterial) -> None:
+    (x0, y0), (x1, y1) = wall.start, wall.end
+    half_length = math.dist(wall.start, wall.end) / 2
+    half_yaw = math.atan2(y1 - y0, x1 - x0) / 2
+    body = physx.PhysxRigidStaticComponent()
+    half = [half_length, wall.thickness / 2, wall.height / 2]
+    body.attach(physx.PhysxCollisionShapeBox(half, material))
+    standing = entity(body)
+    center = [(x0 + x1) / 2, (y0 + y1) / 2, wall.height / 2]
+    standing.set_pose(sapien.Pose(center, [math.cos(half_yaw), 0, 0, math.sin(half_yaw)]))
+    standing.add_to_scene(scene)
 
 
 def _pose(placed: PlacedObject) -> sapien.Pose:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 import shapely
@@ -17,7 +17,7 @@ from robots.spec import BaseGeometry
 from schemas.geometry import Pose2
 from sim.assets.asset import CollisionShape
 from sim.assets.library import make_asset
-from sim.scenes.model import PlacedObject, World
+from sim.scenes.model import PlacedObject, Region, Wall, World
 
 NEAR = 3.0
 """Objects closer than this are near one another [m]."""
@@ -26,6 +26,13 @@ SECTORS = {"back": 0.0, "left": math.pi / 2, "front": math.pi, "right": -math.pi
 SECTOR_HALF_WIDTH = {"back": 60.0, "front": 60.0, "left": 30.0, "right": 30.0}
 """[deg]; the four sectors share the circle."""
 RELATIONS = (*SECTORS, "near", "away", "unknown")
+INSIDE = 1.5
+"""Somebody this near to the middle of a place is there, as is whoever is inside [m]."""
+
+_doorstep = 0.3
+"""Places whose floors are this near to each other may have a door between them [m]."""
+_least_door = 0.01
+"""Floor that is free between two places with a door between them [m^2]."""
 
 
 class OracleError(ValueError):
@@ -51,34 +58,83 @@ class Oracle:
         """True classes and poses."""
         return self.world.objects
 
-    def distance_to(self, object_id: str) -> float:
-        """From the middle of the robot to the middle of an object [m]."""
-        here, there = self.world_from_base, self.world.find(object_id).world_from_object
-        return math.hypot(here.x - there.x, here.y - there.y)
+    @property
+    def kinds(self) -> dict[str, str]:
+        """Class of every object and type of every place, by id."""
+        objects = {placed.id: placed.label for placed in self.objects}
+        return objects | {region.id: region.kind for region in self.world.regions}
+
+    def middle_of(self, name: str) -> tuple[float, float]:
+        """Of an object or a place [m]."""
+        if any(region.id == name for region in self.world.regions):
+            return self.world.region(name).center
+        pose = self.world.find(name).world_from_object
+        return pose.x, pose.y
+
+    def distance_to(self, name: str) -> float:
+        """From the middle of the robot to the middle of an object or a place [m]."""
+        here, (x, y) = self.world_from_base, self.middle_of(name)
+        return math.hypot(here.x - x, here.y - y)
+
+    def is_at(self, name: str, reach: float) -> bool:
+        """Whether the robot stands within `reach` [m] of an object, or in a place (`INSIDE`)."""
+        regions = [region for region in self.world.regions if region.id == name]
+        if not regions:
+            return self.distance_to(name) <= reach
+        here = self.world_from_base
+        inside = outline_of_region(regions[0]).contains(shapely.Point(here.x, here.y))
+        return bool(inside) or self.distance_to(name) <= INSIDE
 
     def clearance(self) -> float:
         """From the robot's footprint to the nearest obstacle [m]; 0 when they touch."""
         here = self.world_from_base
         half_length, half_width = self.base.length / 2, self.base.width / 2
         body = _moved(shapely.box(-half_length, -half_width, half_length, half_width), here)
-        outlines = [footprint(placed) for placed in self.objects]
-        return min((body.distance(outline) for outline in outlines), default=math.inf)
+        return float(np.min(shapely.distance(body, self._outlines), initial=math.inf))
 
-    def shortest_path_length(self, object_id: str, stop_at: float = 1.0) -> float:
+    @cached_property
+    def _outlines(self) -> list[Outline]:
+        """Of everything that the robot may bump into."""
+        walls = [outline_of_wall(wall) for wall in self.world.walls]
+        return [*(footprint(placed) for placed in self.objects), *walls]
+
+    def shortest_path_length(self, name: str, stop_at: float = 1.0) -> float:
         """Shortest drive from the start to within `stop_at` of an object's middle [m].
 
-        For a disc around the robot's footprint, among the true footprints of all other objects.
+        For a disc as wide as the ways that are planned for the robot, among the true outlines of
+        all other objects and the walls. The way to a place ends in its middle.
 
         Raises:
-            OracleError: the object cannot be reached.
+            OracleError: it cannot be reached.
         """
-        goal = self.world.find(object_id)
-        others = [footprint(placed) for placed in self.objects if placed.id != object_id]
-        start, end = self.world.world_from_start, goal.world_from_object
-        length = shortest_path((start.x, start.y), (end.x, end.y), others, self.base.radius)
+        is_place = any(region.id == name for region in self.world.regions)
+        others = [footprint(placed) for placed in self.objects if placed.id != name]
+        walls = [outline_of_wall(wall) for wall in self.world.walls]
+        start, radius = self.world.world_from_start, self.base.passage_radius
+        length = shortest_path((start.x, start.y), self.middle_of(name), others + walls, radius)
         if math.isinf(length):
-            raise OracleError(f"{object_id!r} cannot be reached in world {self.world.name!r}")
-        return max(0.0, length - stop_at)
+            raise OracleError(f"{name!r} cannot be reached in world {self.world.name!r}")
+        return length if is_place else max(0.0, length - stop_at)
+
+    def adjoining(self, kind: str, landmark_id: str) -> tuple[str, ...]:
+        """Ids of the places of a type that have a door to a place.
+
+        So is meant what is "down", "through" or "past" it, or near: words that say how to go are
+        true of many ways.
+        """
+        landmark = outline_of_region(self.world.region(landmark_id)).buffer(_doorstep / 2)
+        walls = shapely.union_all([outline_of_wall(wall) for wall in self.world.walls])
+        others = [r for r in self.world.regions if r.kind == kind and r.id != landmark_id]
+        return tuple(
+            region.id
+            for region in others
+            if outline_of_region(region)
+            .buffer(_doorstep / 2)
+            .intersection(landmark)
+            .difference(walls)
+            .area
+            > _least_door
+        )
 
     def satisfying(self, label: str, relation: str, landmark_id: str) -> tuple[str, ...]:
         """Ids of the objects of a class that stand in a relation to a landmark.
@@ -128,6 +184,17 @@ def footprint(placed: PlacedObject) -> Outline:
     shapes = [_outline(shape) for shape in make_asset(placed.label, placed.look).collisions]
     scaled = affinity.scale(shapely.union_all(shapes), placed.scale, placed.scale, origin=(0, 0))
     return _moved(scaled, placed.world_from_object)
+
+
+def outline_of_wall(wall: Wall) -> Outline:
+    """A wall seen from above [m]."""
+    middle = shapely.LineString([wall.start, wall.end])
+    return middle.buffer(wall.thickness / 2, cap_style="flat")
+
+
+def outline_of_region(region: Region) -> shapely.Polygon:
+    """The floor of a place [m]."""
+    return shapely.Polygon(region.corners)
 
 
 def _outline(shape: CollisionShape) -> Outline:

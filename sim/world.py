@@ -9,11 +9,15 @@ from pathlib import Path
 from sim.scenes.hydrant import make_hydrant, make_two_hydrants
 from sim.scenes.model import World, WorldError, load_world
 from sim.scenes.object_relative import LAYOUTS, make_object_relative
+from sim.scenes.office import make_office, make_office_long, make_office_turned
 
 
 def _summary(draw: Callable[..., object]) -> str:
-    first_line = (draw.__doc__ or "").partition("\n")[0]
-    return f"{first_line.rstrip('.').lower()}, and nothing else"
+    return f"{_first_line(draw)}, and nothing else"
+
+
+def _first_line(draw: Callable[..., object]) -> str:
+    return (draw.__doc__ or "").partition("\n")[0].rstrip(".").lower()
 
 
 GENERATORS: dict[str, tuple[str, Callable[[int], World]]] = {
@@ -22,6 +26,10 @@ GENERATORS: dict[str, tuple[str, Callable[[int], World]]] = {
     **{
         draw.__name__: (_summary(draw), partial(make_object_relative, draw.__name__))
         for draw in LAYOUTS
+    },
+    **{
+        make.__name__.removeprefix("make_"): (_first_line(make), make)
+        for make in (make_office, make_office_turned, make_office_long)
     },
 }
 

@@ -26,6 +26,8 @@ def episode(
 ) -> int:
     """One episode in lockstep, as fast as it computes.
 
+    A robot whose cameras cannot be drawn yet, as the wheelchair, has its perception modelled.
+
     Args:
         say: the instruction.
         robot: one of 'incognita robots'.

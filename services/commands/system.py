@@ -46,9 +46,11 @@ def up(
         realm: isolates parallel systems on this machine.
     """
     from robots.catalogue import get_robot
+    from sim.node import require_pictures
     from sim.world import make_world
 
     get_robot(robot)
+    require_pictures(robot)
     make_world(world, seed)
     if exit_when_done and not say:
         raise UserError("--exit-when-done needs an instruction: add --say TEXT")

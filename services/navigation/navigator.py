@@ -67,7 +67,7 @@ class Navigator:
         """Replace the goal, unless this very goal is known already."""
         if goal.id in self._finished or (self._route and self._route.goal.id == goal.id):
             return
-        self._begin(Route(goal, self._spec.base.radius + _footprint_margin))
+        self._begin(Route(goal, self._spec.base.passage_radius + _footprint_margin))
 
     def take_finished(self, goal_id: str) -> None:
         """Never start this goal again: it ended before the process was restarted."""

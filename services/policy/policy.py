@@ -98,7 +98,7 @@ class BeliefPolicy:
 
     def __init__(self, spec: RobotSpec, cost: Cost) -> None:
         self.cost = cost
-        self._radius = spec.base.radius + _footprint_margin
+        self._radius = spec.base.passage_radius + _footprint_margin
         self._view = FieldOfView.of(spec.camera)
 
     def decide(

@@ -37,7 +37,7 @@ def modelled_assembly(run: RunConfig, settings: PerceptionSettings) -> Assembly:
     driver = SapienDriver(spec, world, run.seed, camera=False)
     rng = node_generator(run, "perception")
     perception = ModelledPerception(
-        world, lambda: driver.world_from_base, spec.camera, settings, rng
+        world, lambda: driver.world_from_base, spec.camera, settings, rng, spec.symbols.locations
     )
     models: dict[str, Node] = {
         "robot": RobotNode(run, node_generator(run, "robot"), driver),

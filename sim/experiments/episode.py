@@ -26,6 +26,7 @@ from sim.experiments.arms import Arm, Truthful, nodes_of
 from sim.experiments.assembly import modelled_assembly, table_assembly
 from sim.experiments.perception_model import PerceptionSettings
 from sim.experiments.truth import REACHED_M, Truth
+from sim.node import DRAWN
 
 SECOND_NS = 1_000_000_000
 SAID_AT_NS = SECOND_NS
@@ -191,6 +192,10 @@ class Episode:
 def run_episode(
     run: RunConfig, text: str, log: Path | None, progress: Progress, arm: Arm = "ours"
 ) -> dict[str, Any]:
-    """One episode; returns the contract's document."""
-    result = Episode(run, text, log, Trial(arm=arm)).run(progress)
+    """One episode; returns the contract's document.
+
+    Perception is modelled for robots whose cameras' pictures cannot be drawn.
+    """
+    perception = None if run.robot in DRAWN else PerceptionSettings()
+    result = Episode(run, text, log, Trial(arm=arm, perception=perception)).run(progress)
     return msgspec.to_builtins(result)

@@ -2,12 +2,13 @@
 
 Where the Monte Carlo runs need thousands of pictures, nothing is drawn. Field of view, occlusion,
 noise, missed and false detections and confused classes are settings, which are printed with the
-results. Errors are independent from one picture to the next; a real detector's are not.
+results. Errors are independent from one picture to the next; a real detector's are not. Walls hide
+what is behind them; kinds of places are recognised by `sim.experiments.scene_model`.
 """
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.random import Generator
@@ -20,6 +21,8 @@ from schemas.perception import Detections
 from schemas.sensing import Odometry
 from schemas.topics import Handlers, Output
 from sim.assets.library import make_asset
+from sim.experiments.scene_model import SceneModel, SceneSettings
+from sim.experiments.sight import Walls
 from sim.scenes.model import World
 
 CLASSES = ("cone", "hydrant", "barrel", "tree", "car", "building")
@@ -48,6 +51,8 @@ class PerceptionSettings:
     """Probability given to the class that looks best."""
     doubt: float = 0.05
     """Probability given to no class at all."""
+    places: SceneSettings = field(default_factory=SceneSettings)
+    """Of kinds of places; not used in worlds without."""
 
     @property
     def summary(self) -> str:
@@ -86,6 +91,7 @@ class ModelledPerception:
         camera: its range and angle are the field of view.
         settings: errors.
         rng: the only source of randomness.
+        locations: types of places that the robot has words for.
     """
 
     def __init__(
@@ -95,6 +101,7 @@ class ModelledPerception:
         camera: CameraSpec,
         settings: PerceptionSettings,
         rng: Generator,
+        locations: tuple[str, ...] = (),
     ) -> None:
         poses = [placed.world_from_object for placed in world.objects]
         assets = [make_asset(placed.label, placed.look) for placed in world.objects]
@@ -103,6 +110,8 @@ class ModelledPerception:
         self._classes = np.array([CLASSES.index(p.label) for p in world.objects], np.int32)
         self._world_from_base = world_from_base
         self._camera, self._settings, self._rng = camera, settings, rng
+        self._walls = Walls(world.walls)
+        self._places = SceneModel(world, locations, camera, settings.places, rng)
         self._due_ns = 0
 
     def handlers(self) -> Handlers:
@@ -112,25 +121,29 @@ class ModelledPerception:
     def on_odometry(self, odometry: Odometry) -> Iterable[Output]:
         """What a picture taken now would show."""
         if odometry.stamp_ns < self._due_ns:
-            return ()
+            return
         self._due_ns = odometry.stamp_ns + round(1e9 / self._settings.rate_hz)
-        around = self._around(self._world_from_base())
-        return (topics.DETECTIONS.of(self._detections(around, odometry)),)
+        here = self._world_from_base()
+        scene = self._places.observe(here, odometry)
+        if scene is not None:
+            yield topics.SCENE.of(scene)
+        yield topics.DETECTIONS.of(self._detections(here, odometry))
 
     def _around(self, world_from_base: Pose2) -> _Around:
         x, y = world_from_base.inverse().apply(self._positions).T
         return _Around(np.hypot(x, y), np.arctan2(y, x), self._radii)
 
-    def _detections(self, around: _Around, odometry: Odometry) -> Detections:
-        seen = np.flatnonzero(self._detected(around))
+    def _detections(self, here: Pose2, odometry: Odometry) -> Detections:
+        around = self._around(here)
+        bearings, ranges = self._view(around, here)
+        seen = np.flatnonzero(self._detected(around, here))
         points = self._noisy(_cartesian(around.distance[seen], around.bearing[seen]))
         classes = self._looking_like(self._classes[seen])
         radii = self._radii[seen]
         if self._rng.random() < self._settings.false_per_picture:
-            points = np.concatenate([points, self._anywhere()])
+            points = np.concatenate([points, self._anywhere(here)])
             classes = np.append(classes, np.int32(self._rng.choice(_alike)))
             radii = np.append(radii, 0.2)
-        bearings, ranges = self._view(around)
         return Detections(
             stamp_ns=odometry.stamp_ns,
             classes=CLASSES,
@@ -148,22 +161,24 @@ class ModelledPerception:
             inference_ms=0.0,
         )
 
-    def _detected(self, around: _Around) -> Flags:
+    def _detected(self, around: _Around, here: Pose2) -> Flags:
         in_view = (around.distance < self._camera.range_max) & (
             np.abs(around.bearing) <= self._camera.horizontal_fov / 2
         )
         found = self._rng.random(len(in_view)) < self._settings.detection_probability
-        return in_view & found & ~_hidden(around)
+        walled = around.distance > self._walls.reach(here, around.bearing)
+        return in_view & found & ~_hidden(around) & ~walled
 
-    def _view(self, around: _Around) -> tuple[Floats, Floats]:
-        """Bearings, and how far the ground is in plain view: up to the rim, or to an object."""
+    def _view(self, around: _Around, here: Pose2) -> tuple[Floats, Floats]:
+        """Bearings, and how far the ground is in plain view: up to the rim, an object or a wall."""
         half = self._camera.horizontal_fov / 2
         # A view all round has no edge: its ends overlap.
         half = half if half < math.pi else math.pi + 0.1
         bearings = np.linspace(-half, half, _directions)
         covered = np.abs(_wrapped(bearings[:, None] - around.bearing)) < around.half_angle
         ends = np.where(covered, around.distance - around.radius, np.inf)
-        return bearings, np.minimum(ends.min(axis=1, initial=np.inf), self._camera.range_max)
+        ends = np.minimum(ends.min(axis=1, initial=np.inf), self._walls.reach(here, bearings))
+        return bearings, np.minimum(ends, self._camera.range_max)
 
     def _noisy(self, points: Floats) -> Floats:
         return points + self._deviations(points)[:, None] * self._rng.normal(size=points.shape)
@@ -175,11 +190,12 @@ class ModelledPerception:
     def _covariances(self, points: Floats) -> Floats:
         return self._deviations(points)[:, None, None] ** 2 * np.eye(3)
 
-    def _anywhere(self) -> Floats:
-        """One place (1, 2) in the field of view, evenly spread."""
+    def _anywhere(self, here: Pose2) -> Floats:
+        """One place (1, 2), evenly spread over the field of view, or at a wall before it."""
         half = self._camera.horizontal_fov / 2
-        distance = self._camera.range_max * math.sqrt(self._rng.random())
-        return _cartesian(np.array([distance]), self._rng.uniform(-half, half, 1))
+        distance = np.array([self._camera.range_max * math.sqrt(self._rng.random())])
+        bearing = self._rng.uniform(-half, half, 1)
+        return _cartesian(np.minimum(distance, self._walls.reach(here, bearing)), bearing)
 
     def _looking_like(self, classes: Ints) -> Ints:
         confused = self._rng.random(len(classes)) < self._settings.confusion

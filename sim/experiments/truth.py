@@ -49,6 +49,8 @@ class Truth:
             get_robot(run.robot).base,
             lambda: driver.world_from_base,
         )
+        self._places = {region.id for region in self._oracle.world.regions}
+        self._began_in = {name for name in self._places if self._oracle.is_at(name, reached_m)}
         self._last = driver.world_from_base
         self.distance_m = 0.0
         self._least_clearance_m = math.inf
@@ -67,30 +69,28 @@ class Truth:
         meant = self.meant(heard)
         error_m = min((self._oracle.distance_to(name) for name in meant), default=math.inf)
         path_m = min((self._shortest(name) for name in meant), default=0.0)
-        failure = self._failure(status, bool(meant), error_m)
+        failure = self._failure(status, meant)
         return Verdict(failure, error_m if meant else -1.0, path_m)
 
-    def _failure(
-        self, status: InstructionStatus | None, exists: bool, error_m: float
-    ) -> Failure | None:
+    def _failure(self, status: InstructionStatus | None, meant: tuple[str, ...]) -> Failure | None:
         if self._least_clearance_m < COLLISION_M:
             return Failure.COLLISION
         if status is None or status.state is TaskState.ACTIVE:
             return Failure.TIMEOUT
         if status.state is not TaskState.SUCCEEDED:
             return status.failure or Failure.FAULT
-        if exists and error_m <= self._reached_m:
+        if any(self._oracle.is_at(name, self._reached_m) for name in meant):
             return None
         return Failure.WRONG_OBJECT if self.within_reach() else Failure.STOPPED_EARLY
 
     def meant(self, heard: Annotations | None) -> tuple[str, ...]:
-        """Ids of the objects that satisfy the best reading of the instruction."""
+        """Ids of the objects or places that satisfy the best reading of the instruction."""
         if self._intended:
             return self._intended
         if heard is None or not heard.behaviors:
             return ()
         wanted = heard.behaviors[0]
-        labels = {placed.id: placed.label for placed in self._oracle.objects}
+        labels = self._oracle.kinds
         figures = [name for name, label in labels.items() if label == wanted.object]
         landmarks = [name for name, label in labels.items() if label == wanted.landmark]
         if not landmarks:
@@ -98,6 +98,8 @@ class Truth:
         return tuple(sorted({n for landmark in landmarks for n in self._related(wanted, landmark)}))
 
     def _related(self, wanted: BehaviorSymbol, landmark: str) -> tuple[str, ...]:
+        if landmark in self._places:
+            return self._oracle.adjoining(wanted.object, landmark)
         if wanted.comparative:
             return (self._oracle.nearest(wanted.object, landmark),)
         return self._oracle.satisfying(wanted.object, wanted.relation, landmark)
@@ -109,6 +111,6 @@ class Truth:
             return math.inf
 
     def within_reach(self) -> tuple[str, ...]:
-        """Ids of the objects that the robot stands at."""
-        ids = [placed.id for placed in self._oracle.objects]
-        return tuple(i for i in ids if self._oracle.distance_to(i) <= self._reached_m)
+        """Ids of the objects that the robot stands at, and of the places that it has come to."""
+        others = [name for name in self._oracle.kinds if name not in self._began_in]
+        return tuple(name for name in others if self._oracle.is_at(name, self._reached_m))

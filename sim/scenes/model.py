@@ -52,7 +52,37 @@ class PlacedObject(Struct, frozen=True, kw_only=True):
     scale: float = 1.0
 
 
-class World(Struct, frozen=True, kw_only=True):
+class Wall(Struct, frozen=True, kw_only=True):
+    """A straight piece of wall, an upright box from the floor."""
+
+    start: tuple[float, float]
+    """Middle of one end [m]."""
+    end: tuple[float, float]
+    """Middle of the other end [m]."""
+    thickness: float = 0.2
+    """[m]"""
+    height: float = 2.5
+    """[m]"""
+
+
+class Region(Struct, frozen=True, kw_only=True):
+    """A place with a name: a room, a hallway."""
+
+    id: str
+    """Unique in its world."""
+    kind: str
+    """Type of place, one of the locations of the robot's symbol space."""
+    corners: tuple[tuple[float, float], ...]
+    """Of its floor, a convex polygon, counter-clockwise [m]."""
+
+    @property
+    def center(self) -> tuple[float, float]:
+        """Mean of the corners [m]."""
+        xs, ys = zip(*self.corners, strict=True)
+        return sum(xs) / len(xs), sum(ys) / len(ys)
+
+
+class World(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Everything that is true about one scene before the robot moves."""
 
     name: str
@@ -62,6 +92,8 @@ class World(Struct, frozen=True, kw_only=True):
     world_from_start: Pose2
     """Base of the robot at time zero."""
     objects: tuple[PlacedObject, ...]
+    walls: tuple[Wall, ...] = ()
+    regions: tuple[Region, ...] = ()
 
     def find(self, object_id: str) -> PlacedObject:
         """The object of that id.
@@ -74,6 +106,18 @@ class World(Struct, frozen=True, kw_only=True):
                 return placed
         ids = ", ".join(placed.id for placed in self.objects)
         raise WorldError(f"no object {object_id!r} in world {self.name!r}; there are: {ids}")
+
+    def region(self, region_id: str) -> Region:
+        """The place of that id.
+
+        Raises:
+            WorldError: there is none; the message lists the ids.
+        """
+        for region in self.regions:
+            if region.id == region_id:
+                return region
+        ids = ", ".join(region.id for region in self.regions) or "none"
+        raise WorldError(f"no region {region_id!r} in world {self.name!r}; there are: {ids}")
 
 
 class WorldError(UserError):
