@@ -58,6 +58,11 @@ class Oracle:
         """True classes and poses."""
         return self.world.objects
 
+    @cached_property
+    def places(self) -> frozenset[str]:
+        """Ids of all places."""
+        return frozenset(region.id for region in self.world.regions)
+
     @property
     def kinds(self) -> dict[str, str]:
         """Class of every object and type of every place, by id."""
@@ -66,7 +71,7 @@ class Oracle:
 
     def middle_of(self, name: str) -> tuple[float, float]:
         """Of an object or a place [m]."""
-        if any(region.id == name for region in self.world.regions):
+        if name in self.places:
             return self.world.region(name).center
         pose = self.world.find(name).world_from_object
         return pose.x, pose.y
@@ -78,11 +83,11 @@ class Oracle:
 
     def is_at(self, name: str, reach: float) -> bool:
         """Whether the robot stands within `reach` [m] of an object, or in a place (`INSIDE`)."""
-        regions = [region for region in self.world.regions if region.id == name]
-        if not regions:
+        if name not in self.places:
             return self.distance_to(name) <= reach
         here = self.world_from_base
-        inside = outline_of_region(regions[0]).contains(shapely.Point(here.x, here.y))
+        floor = outline_of_region(self.world.region(name))
+        inside = floor.contains(shapely.Point(here.x, here.y))
         return bool(inside) or self.distance_to(name) <= INSIDE
 
     def clearance(self) -> float:
@@ -95,8 +100,7 @@ class Oracle:
     @cached_property
     def _outlines(self) -> list[Outline]:
         """Of everything that the robot may bump into."""
-        walls = [outline_of_wall(wall) for wall in self.world.walls]
-        return [*(footprint(placed) for placed in self.objects), *walls]
+        return self.obstacles("")
 
     def shortest_path_length(self, name: str, stop_at: float = 1.0) -> float:
         """Shortest drive from the start to within `stop_at` of an object's middle [m].
@@ -107,14 +111,17 @@ class Oracle:
         Raises:
             OracleError: it cannot be reached.
         """
-        is_place = any(region.id == name for region in self.world.regions)
-        others = [footprint(placed) for placed in self.objects if placed.id != name]
-        walls = [outline_of_wall(wall) for wall in self.world.walls]
+        others = self.obstacles(name)
         start, radius = self.world.world_from_start, self.base.passage_radius
-        length = shortest_path((start.x, start.y), self.middle_of(name), others + walls, radius)
+        length = shortest_path((start.x, start.y), self.middle_of(name), others, radius)
         if math.isinf(length):
             raise OracleError(f"{name!r} cannot be reached in world {self.world.name!r}")
-        return length if is_place else max(0.0, length - stop_at)
+        return length if name in self.places else max(0.0, length - stop_at)
+
+    def obstacles(self, goal: str) -> list[Outline]:
+        """Outlines of what is in the way to an object or a place [m]."""
+        others = [footprint(placed) for placed in self.objects if placed.id != goal]
+        return [*others, *(outline_of_wall(wall) for wall in self.world.walls)]
 
     def adjoining(self, kind: str, landmark_id: str) -> tuple[str, ...]:
         """Ids of the places of a type that have a door to a place.
@@ -122,19 +129,8 @@ class Oracle:
         So is meant what is "down", "through" or "past" it, or near: words that say how to go are
         true of many ways.
         """
-        landmark = outline_of_region(self.world.region(landmark_id)).buffer(_doorstep / 2)
-        walls = shapely.union_all([outline_of_wall(wall) for wall in self.world.walls])
-        others = [r for r in self.world.regions if r.kind == kind and r.id != landmark_id]
-        return tuple(
-            region.id
-            for region in others
-            if outline_of_region(region)
-            .buffer(_doorstep / 2)
-            .intersection(landmark)
-            .difference(walls)
-            .area
-            > _least_door
-        )
+        others = [r.id for r in self.world.regions if r.kind == kind and r.id != landmark_id]
+        return tuple(name for name in others if have_door(self.world, name, landmark_id))
 
     def satisfying(self, label: str, relation: str, landmark_id: str) -> tuple[str, ...]:
         """Ids of the objects of a class that stand in a relation to a landmark.
@@ -195,6 +191,14 @@ def outline_of_wall(wall: Wall) -> Outline:
 def outline_of_region(region: Region) -> shapely.Polygon:
     """The floor of a place [m]."""
     return shapely.Polygon(region.corners)
+
+
+def have_door(world: World, first: str, second: str) -> bool:
+    """Whether one can go straight from one place to another."""
+    places = [outline_of_region(world.region(name)) for name in (first, second)]
+    between = places[0].buffer(_doorstep / 2).intersection(places[1].buffer(_doorstep / 2))
+    walls = shapely.union_all([outline_of_wall(wall) for wall in world.walls])
+    return between.difference(walls).area > _least_door
 
 
 def _outline(shape: CollisionShape) -> Outline:

@@ -30,7 +30,7 @@ from sim.experiments.frontier_policy import FrontierPolicyNode
 from sim.experiments.reference_driver import ReferenceDriverNode
 from sim.experiments.reference_path import reference_path
 from sim.experiments.true_map import TrueMapNode
-from sim.oracle import footprint
+from sim.oracle import Oracle
 from sim.scenes.hydrant import SECTOR
 from sim.scenes.object_relative import ARENA, STOP_SHORT
 from sim.world import make_world
@@ -42,6 +42,8 @@ _arena_margin = 1.0
 """The sector of the arena begins this far behind the start [m]."""
 _margin = 0.05
 """Of the reference path beyond the footprint's circle, because a base cuts corners [m]."""
+_door_margin = 0.15
+"""The same for a base that is longer than its ways are wide [m]."""
 _surely_looked = -60
 """As `OccupancyGrid.looked`."""
 
@@ -81,11 +83,14 @@ def _way(run: RunConfig, truth: Truthful, heard: Annotations) -> Floats | None:
     meant = truth.meaning(heard)
     if not meant:
         return None
-    world = make_world(run.world, run.seed)
-    start, end = world.world_from_start, world.find(meant[0]).world_from_object
-    others = [footprint(placed) for placed in world.objects if placed.id != meant[0]]
-    radius = get_robot(run.robot).base.radius + _margin
-    return reference_path((start.x, start.y), (end.x, end.y), others, radius, STOP_SHORT, run.seed)
+    world, body = make_world(run.world, run.seed), get_robot(run.robot).base
+    oracle, start = Oracle(world, body, truth.world_from_base), world.world_from_start
+    others = oracle.obstacles(meant[0])
+    radius = body.passage_radius + (_margin if body.turns_anywhere else _door_margin)
+    # One stops beside a thing, and in the middle of a place.
+    short = 0.0 if meant[0] in oracle.places else STOP_SHORT
+    end = oracle.middle_of(meant[0])
+    return reference_path((start.x, start.y), end, others, radius, short, run.seed)
 
 
 def _with(nodes: Nodes, name: str, node: Node) -> Nodes:

@@ -1,13 +1,16 @@
 """The known map: what mapping would publish if it knew everything from the start."""
 
+import itertools
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
 from robots.catalogue import robot_of
 from schemas import topics
-from schemas.arrays import Flags, Floats
-from schemas.belief import MapBelief
+from schemas.arrays import Flags, Floats, Ints
+from schemas.belief import MapBelief, first_topology, shared
 from schemas.geometry import Pose2
 from schemas.language import Annotations
 from schemas.run import RunConfig
@@ -15,13 +18,16 @@ from schemas.sensing import Odometry
 from schemas.topics import Handlers, Output
 from services.mapping.grid import Grid
 from sim.assets.library import make_asset
-from sim.scenes.model import PlacedObject
+from sim.oracle import have_door, outline_of_wall
+from sim.scenes.model import World
 from sim.world import make_world
 
 _belief_period_ns, _grid_period_ns = 200_000_000, 500_000_000
 _sure = 6.0
 """Log odds."""
 _height = 0.8
+_first_region = 2000
+"""Ids of places begin here, as in mapping's beliefs."""
 
 
 class TrueMapNode:
@@ -40,13 +46,12 @@ class TrueMapNode:
         meaning: Callable[[Annotations], tuple[str, ...]],
     ) -> None:
         world = make_world(run.world, run.seed)
-        self._classes = robot_of(run).symbols.object_classes
+        symbols = robot_of(run).symbols
+        self._classes = (*symbols.object_classes, *symbols.locations)
         self._start_from_world = world.world_from_start.inverse()
-        self._objects = world.objects
-        self._radii = np.array(
-            [make_asset(placed.label, placed.look).footprint_radius for placed in world.objects]
-        )
-        self._positions = self._start_from_world.apply(_positions(world.objects))
+        self._things = _things(world, self._start_from_world)
+        self._edges = _region_edges(world, self._things)
+        self._walls = [outline_of_wall(wall) for wall in world.walls]
         self._world_from_base, self._meaning = world_from_base, meaning
         self._grid = self._known_grid()
         self._instruction_id = ""
@@ -63,8 +68,7 @@ class TrueMapNode:
         self._instruction_id = annotations.instruction_id
         self._viewer = self._map_from_base()
         meant = self._meaning(annotations)
-        ids = [placed.id for placed in self._objects]
-        self._figure = ids.index(meant[0]) if meant else -1
+        self._figure = self._things.ids.index(meant[0]) if meant else -1
         self._landmark = -1
         if meant and annotations.behaviors:
             self._landmark = self._nearest(annotations.behaviors[0].landmark, self._figure)
@@ -81,26 +85,30 @@ class TrueMapNode:
             yield topics.BELIEF.of(self._belief(odometry))
 
     def _belief(self, odometry: Odometry) -> MapBelief:
-        count, map_from_base = len(self._objects), self._map_from_base()
-        names = [p.label if p.label in self._classes else "unknown" for p in self._objects]
+        things, map_from_base = self._things, self._map_from_base()
+        count = len(things.ids)
+        names = [name if name in self._classes else "unknown" for name in things.labels]
+        figure, landmark = (
+            things.node[row] if row >= 0 else -1 for row in (self._figure, self._landmark)
+        )
         return MapBelief(
             stamp_ns=odometry.stamp_ns,
             instruction_id=self._instruction_id,
             classes=self._classes,
             weights=np.ones(1),
-            particle=np.full(count, -1, np.int32),
-            node=np.arange(count, dtype=np.int32),
+            particle=things.particle,
+            node=things.node,
             class_index=np.array([self._classes.index(name) for name in names], np.int32),
             class_probability=np.ones(count),
-            position=self._positions,
+            position=things.position,
             covariance=np.tile(1e-4 * np.eye(2), (count, 1, 1)),
-            extent=np.column_stack([2 * self._radii, 2 * self._radii, np.full(count, _height)]),
+            extent=things.extent,
             existence=np.ones(count),
-            figure=np.array([self._figure], np.int32),
-            landmark=np.array([self._landmark], np.int32),
+            figure=np.array([figure], np.int32),
+            landmark=np.array([landmark], np.int32),
             topology=np.zeros(1, np.int32),
             node_regions=np.zeros((0, 0), np.int32),
-            region_edges=np.zeros((0, 3), np.int32),
+            region_edges=self._edges,
             viewer=self._viewer,
             map_from_odom=map_from_base @ odometry.odom_from_base.inverse(),
             map_from_base=map_from_base,
@@ -112,8 +120,9 @@ class TrueMapNode:
         return self._start_from_world @ self._world_from_base()
 
     def _nearest(self, label: str, figure: int) -> int:
-        others = [row for row, placed in enumerate(self._objects) if placed.label == label]
-        gaps = np.linalg.norm(self._positions[others] - self._positions[figure], axis=1)
+        things = self._things
+        others = [row for row, name in enumerate(things.labels) if name == label]
+        gaps = np.linalg.norm(things.position[others] - things.position[figure], axis=1)
         return others[int(np.argmin(gaps))] if others else -1
 
     def _known_grid(self) -> Grid:
@@ -128,11 +137,60 @@ class TrueMapNode:
         x = grid.origin[0] + (np.arange(width) + 0.5) * side
         y = grid.origin[1] + (np.arange(height) + 0.5) * side
         occupied = np.zeros((height, width), np.bool_)
-        for (px, py), radius in zip(self._positions, self._radii, strict=True):
+        solid = self._things.particle == shared
+        radii = self._things.extent[solid, 0] / 2
+        for (px, py), radius in zip(self._things.position[solid], radii, strict=True):
             occupied |= np.hypot(x[None] - px, y[:, None] - py) < radius + side / 2
+        if self._walls:
+            cells = np.stack(np.meshgrid(x, y), axis=-1)
+            world = self._start_from_world.inverse().apply(cells)
+            solid_walls = shapely.union_all(self._walls).buffer(side / 2)
+            occupied |= shapely.contains_xy(solid_walls, world[..., 0], world[..., 1])
         return occupied
 
 
-def _positions(objects: tuple[PlacedObject, ...]) -> Floats:
-    poses = [placed.world_from_object for placed in objects]
-    return np.array([(pose.x, pose.y) for pose in poses]).reshape(-1, 2)
+@dataclass(frozen=True)
+class _Things:
+    """Objects and places as the belief's columns."""
+
+    ids: tuple[str, ...]
+    labels: tuple[str, ...]
+    particle: Ints
+    node: Ints
+    position: Floats
+    """(M, 2), map frame [m]."""
+    extent: Floats
+
+
+def _things(world: World, start_from_world: Pose2) -> _Things:
+    radii = [make_asset(placed.label, placed.look).footprint_radius for placed in world.objects]
+    boxes = [_box(start_from_world.apply(np.array(region.corners))) for region in world.regions]
+    middles = [region.center for region in world.regions]
+    poses = [placed.world_from_object for placed in world.objects]
+    points = np.array([*((pose.x, pose.y) for pose in poses), *middles]).reshape(-1, 2)
+    sides = np.array([*((2 * radius, 2 * radius) for radius in radii), *boxes]).reshape(-1, 2)
+    objects, places = len(world.objects), len(world.regions)
+    return _Things(
+        ids=(*(p.id for p in world.objects), *(r.id for r in world.regions)),
+        labels=(*(p.label for p in world.objects), *(r.kind for r in world.regions)),
+        particle=np.repeat(np.array([shared, first_topology], np.int32), (objects, places)),
+        node=np.concatenate([np.arange(objects), _first_region + np.arange(places)]).astype(
+            np.int32
+        ),
+        position=start_from_world.apply(points),
+        extent=np.column_stack([sides, np.full(objects + places, _height)]),
+    )
+
+
+def _box(corners: Floats) -> tuple[float, float]:
+    """Sides of the box around points (N, 2), along the axes [m]."""
+    x, y = np.ptp(corners, axis=0).tolist()
+    return x, y
+
+
+def _region_edges(world: World, things: _Things) -> Ints:
+    """Doors, as `MapBelief.region_edges`."""
+    node = dict(zip(things.ids, things.node.tolist(), strict=True))
+    ids = [region.id for region in world.regions]
+    pairs = [(a, b) for a, b in itertools.combinations(ids, 2) if have_door(world, a, b)]
+    return np.array([(0, node[a], node[b]) for a, b in pairs], np.int32).reshape(-1, 3)

@@ -49,8 +49,8 @@ class Truth:
             get_robot(run.robot).base,
             lambda: driver.world_from_base,
         )
-        self._places = {region.id for region in self._oracle.world.regions}
-        self._began_in = {name for name in self._places if self._oracle.is_at(name, reached_m)}
+        places = self._oracle.places
+        self._began_in = {name for name in places if self._oracle.is_at(name, reached_m)}
         self._last = driver.world_from_base
         self.distance_m = 0.0
         self._least_clearance_m = math.inf
@@ -98,7 +98,7 @@ class Truth:
         return tuple(sorted({n for landmark in landmarks for n in self._related(wanted, landmark)}))
 
     def _related(self, wanted: BehaviorSymbol, landmark: str) -> tuple[str, ...]:
-        if landmark in self._places:
+        if landmark in self._oracle.places:
             return self._oracle.adjoining(wanted.object, landmark)
         if wanted.comparative:
             return (self._oracle.nearest(wanted.object, landmark),)
