@@ -13,7 +13,8 @@ from schemas.language import Annotation, Annotations
 from schemas.language import Relation as Said
 from services.mapping import prior
 from services.mapping.clues import Clue
-from services.mapping.relations import Relation, relation_named
+from services.mapping.relation_table import relation_named
+from services.mapping.relations import Relation
 
 robot_class = "robot"
 
@@ -94,7 +95,8 @@ def _clue(said: Said, main: Said, vocabulary: tuple[str, ...]) -> Clue | None:
         of_figure=of_figure,
         other=None if other == robot_class else vocabulary.index(other),
         other_is_landmark=other_is_landmark,
-        radii=prior.typical_radius(anchor) + prior.typical_radius(other),
+        figure_radius=prior.typical_radius(said.figure),
+        landmark_radius=prior.typical_radius(said.landmark),
     )
 
 

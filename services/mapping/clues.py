@@ -32,8 +32,10 @@ class Clue:
     """Class index of the third thing; None for the robot itself."""
     other_is_landmark: bool
     """Whether the third thing is the landmark of the relation; its figure otherwise."""
-    radii: float
-    """Typical radii of both things [m]."""
+    figure_radius: float
+    """Typical of the relation's figure [m]."""
+    landmark_radius: float
+    """And of its landmark [m]."""
 
 
 def unseen_places(viewer: Pose2) -> Floats:
@@ -86,9 +88,9 @@ def _pairs(clue: Clue, anchors: Floats, places: Floats, viewer: Pose2) -> Floats
 
 
 def _density(clue: Clue, offset: Floats, frame: Frame) -> Floats:
-    radii = np.full(len(offset), clue.radii)
-    variance = np.full(len(offset), relations.residual**2)
-    return relations.log_likelihood(clue.relation, frame, offset, radii, variance)
+    figure_radius = np.full(len(offset), clue.figure_radius)
+    phi = relations.features_of(frame, figure_radius, np.full(offset.shape, clue.landmark_radius))
+    return clue.relation.log_density(frame, offset, phi, relations.residual**2)
 
 
 @cache

@@ -94,6 +94,8 @@ class ObjectColumns:
     """(K, 2, 2)"""
     radius: Floats
     """(K,)"""
+    half_extent: Floats
+    """(K, 2) half the bounding box, map axes [m]."""
     class_log: Floats
     """(K, C)"""
     existence: Floats
@@ -108,6 +110,7 @@ def columns(things: list[TrackedObject], classes: int) -> ObjectColumns:
         mean=np.array([thing.mean for thing in things]).reshape(-1, 2),
         covariance=np.array([thing.covariance for thing in things]).reshape(-1, 2, 2),
         radius=np.array([thing.radius for thing in things]),
+        half_extent=0.5 * np.array([thing.extent[:2] for thing in things]).reshape(-1, 2),
         class_log=np.array([thing.class_log for thing in things]).reshape(-1, classes),
         existence=1 / (1 + np.exp(-odds)),
     )

@@ -8,7 +8,14 @@ from schemas.geometry import Pose2
 background_density = 1 / 500
 """Unrelated objects of a class per square metre: the concentration of the Dirichlet process
 that decides between a known thing and a new one [1/m^2]."""
-_typical_radius = {"cone": 0.2, "hydrant": 0.2, "barrel": 0.3, "tree": 0.4, "car": 0.9}
+_typical_radius = {
+    "cone": 0.2,
+    "hydrant": 0.2,
+    "barrel": 0.3,
+    "tree": 0.4,
+    "car": 0.9,
+    "robot": 0.5,
+}
 _default_radius = 0.2
 _large_radius = {"building": 2.5, "wall": 0.3}
 
@@ -18,7 +25,7 @@ _shares = np.array([0.85, 0.15])
 
 
 def typical_radius(name: str) -> float:
-    """Half width of a thing of this class that was not seen yet [m]."""
+    """Half width of a thing of this class that was not seen yet, or of the robot itself [m]."""
     return (_typical_radius | _large_radius).get(name, _default_radius)
 
 

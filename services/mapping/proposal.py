@@ -25,7 +25,7 @@ from services.mapping.target import (
     log_target,
     missed,
     placed,
-    radius_of,
+    relation_features,
     relation_frame,
 )
 
@@ -161,11 +161,10 @@ def _new_figure(
     """Figures drawn from the relation around landmarks (n, 2), which have their own density."""
     assert reading.relation is not None
     new = np.full(len(places), hypothesised_figure, np.int32)
-    radii = _radii(reading, new, landmark, evidence)
     frame = relation_frame(reading, places, evidence.viewer)
-    offset = relations.sample_figure(reading.relation, rng, frame, radii)
-    zero = np.zeros(len(places))
-    density = relations.log_likelihood(reading.relation, frame, offset, radii, zero)
+    phi = relation_features(reading, frame, new, landmark, evidence)
+    offset = reading.relation.sample(rng.random((len(places), 3)), frame, phi)
+    density = reading.relation.log_density(frame, offset, phi, 0.0)
     return _Draw(new, places + offset, landmark, places, log_proposal + density)
 
 
@@ -178,20 +177,13 @@ def _near_seen_figure(
     numbers = np.repeat(figures, each)
     places = _where(numbers, evidence)
     new = np.full(len(numbers), hypothesised_landmark, np.int32)
-    radii = _radii(reading, numbers, new, evidence)
     frame = relations.frame_at(places, evidence.viewer)
+    phi = relation_features(reading, frame, numbers, new, evidence)
     # The frame belongs at the landmark, which is not known yet: blur makes up for the difference.
     blur = _turned_round * rng.standard_normal(places.shape)
-    offset = reading.relation.sample(rng, frame, radii) + blur
-    variance = np.full(len(numbers), _turned_round**2)
-    density = reading.relation.log_density(frame, offset, radii, variance)
+    offset = reading.relation.sample(rng.random((len(places), 3)), frame, phi) + blur
+    density = reading.relation.log_density(frame, offset, phi, _turned_round**2)
     return _Draw(numbers, places, new, places - offset, density + np.log(each))
-
-
-def _radii(reading: Reading, figure: Ints, landmark: Ints, evidence: Evidence) -> Floats:
-    return radius_of(figure, reading.figure, evidence) + radius_of(
-        landmark, reading.landmark, evidence
-    )
 
 
 def _where(numbers: Ints, evidence: Evidence) -> Floats:

@@ -20,7 +20,7 @@ import numpy as np
 from schemas.arrays import Flags, Floats, Ints
 from schemas.geometry import Pose2
 from services.mapping import clues, prior, relations
-from services.mapping.annotations import Reading
+from services.mapping.annotations import Reading, robot_class
 from services.mapping.clues import Clue
 from services.mapping.grid import Grid
 from services.mapping.objects import ObjectColumns
@@ -31,7 +31,6 @@ _impossible = -30.0
 _competitor = float(np.log(0.01))
 _same_place = 0.5
 """A thing nobody saw is not where another thing was seen [m]."""
-_robot_radius = 0.5
 _sigma_points = relations.residual * np.array([[0, 0], [1, 1], [1, -1], [-1, 1], [-1, -1]])
 
 
@@ -83,15 +82,14 @@ def relation_frame(reading: Reading, landmark: Floats, viewer: Pose2) -> relatio
     return relations.frame_at(landmark, viewer)
 
 
-def radius_of(numbers: Ints, class_index: int | None, evidence: Evidence) -> Floats:
-    """Radii (n,) of things by id: measured for seen ones, typical for others [m]."""
-    if class_index is None:
-        return np.full(len(numbers), _robot_radius)
-    typical = prior.typical_radius(evidence.classes[class_index])
-    seen, row = _rows(numbers, evidence.objects)
-    if not len(evidence.objects.number):
-        return np.full(len(numbers), typical)
-    return np.where(seen, evidence.objects.radius[row], typical)
+def relation_features(
+    reading: Reading, frame: relations.Frame, figure: Ints, landmark: Ints, evidence: Evidence
+) -> Floats:
+    """Columns phi (n, D) of things by id: sizes are typical for what was not seen."""
+    objects = evidence.objects
+    radius = _size_of(figure, reading.figure, objects.radius, evidence)
+    half = _size_of(landmark, reading.landmark, objects.half_extent, evidence)
+    return relations.features_of(frame, radius, half)
 
 
 def _of_reading(particles: Particles, reading: Reading, evidence: Evidence) -> Floats:
@@ -125,16 +123,23 @@ def _standing(numbers: Ints, points: Floats, class_index: int, evidence: Evidenc
 def _relation_term(
     particles: Particles, reading: Reading, relation: Relation, evidence: Evidence
 ) -> Floats:
-    radii = radius_of(particles.figure, reading.figure, evidence) + radius_of(
-        particles.landmark, reading.landmark, evidence
-    )
     figure_seen, _ = _rows(particles.figure, evidence.objects)
     variance = np.where(figure_seen, relations.residual**2, 0.0)
     for numbers in (particles.figure, particles.landmark):
         variance = variance + _variance(numbers, evidence.objects)
     frame = relation_frame(reading, particles.landmark_position, evidence.viewer)
     offset = particles.figure_position - particles.landmark_position
-    return relations.log_likelihood(relation, frame, offset, radii, variance)
+    phi = relation_features(reading, frame, particles.figure, particles.landmark, evidence)
+    return relation.log_density(frame, offset, phi, variance)
+
+
+def _size_of(numbers: Ints, class_index: int | None, sizes: Floats, evidence: Evidence) -> Floats:
+    """Sizes (n, ...) of things by id, out of those (K, ...) of the seen ones [m]."""
+    name = robot_class if class_index is None else evidence.classes[class_index]
+    typical = np.full((len(numbers), *sizes.shape[1:]), prior.typical_radius(name))
+    seen, row = _rows(numbers, evidence.objects)
+    typical[seen] = sizes[row[seen]]
+    return typical
 
 
 def _clue_term(particles: Particles, clue: Clue, evidence: Evidence) -> Floats:

@@ -16,7 +16,7 @@ from services.mapping.objects import TrackedObject, columns
 from services.mapping.odometer import OdometryNoise
 from services.mapping.particles import Particles, empty_particles
 from services.mapping.proposal import fresh_particles
-from services.mapping.relations import relation_named
+from services.mapping.relation_table import relation_named
 from services.mapping.sensing import Picture
 from services.mapping.target import Evidence, log_target
 from services.mapping.visibility import View

@@ -1,0 +1,1 @@
+"""Fits what the map believes before it sees: relations, places, densities."""
