@@ -26,6 +26,7 @@ The data contract, for C candidates, M readings of the instruction and D feature
     is_stop             1 for stop
     here                1 when the robot stands at the candidate's seen thing
     tried               how often the robot looked from there before
+    way                 to the goal, if the candidate is taken first [m], see `search`
 """
 
 from dataclasses import dataclass
@@ -36,6 +37,7 @@ from numpy.typing import NDArray
 from schemas.arrays import Floats
 from services.policy.candidates import Candidates, Kind
 from services.policy.referents import Referents
+from services.policy.search import way_to_goal
 from services.policy.terrain import Terrain
 from services.policy.travel import Travel
 from services.policy.view import FieldOfView
@@ -52,6 +54,7 @@ names = (
     "is_stop",
     "here",
     "tried",
+    "way",
 )
 _area_stride = 2
 """New ground is measured on every second block, which is fine enough for an area."""
@@ -114,8 +117,10 @@ def features(
     stop = np.array([kind is Kind.STOP for kind in candidates.kinds], np.float64)
     area = _new_area(situation, candidates) * (1 - stop)
     reach = (candidates.object_id[:, None] == referents.figure_id) & referents.figure_seen
+    length = situation.travel.to(candidates.pose[:, :2])
+    way = way_to_goal(situation.pose, length, candidates, referents, situation.view)
     columns = (
-        situation.travel.to(candidates.pose[:, :2])[:, None],
+        length[:, None],
         _turn(situation.pose, candidates.pose)[:, None],
         see_figure,
         1 - (1 - see_figure) * (1 - see_landmark),
@@ -126,6 +131,7 @@ def features(
         stop[:, None],
         here[:, None],
         _times_tried(situation.tried, candidates)[:, None],
+        way * (1 - stop)[:, None],
     )
     shape = (len(candidates), len(referents.probability))
     return np.stack([np.broadcast_to(column, shape) for column in columns], axis=-1, dtype=float)

@@ -165,7 +165,9 @@ class BeliefPolicy:
     def _proposed(
         self, belief: MapBelief, referents: Referents, situation: Situation, pose: Pose2
     ) -> Candidates:
-        parts = [places.turns(pose), places.frontiers(situation.terrain, pose, belief.viewer)]
+        parts = [places.frontiers(situation.terrain, pose, belief.viewer)]
+        if self._view.half_angle < np.pi:
+            parts.append(places.turns(pose))
         parts += places.views_of(places.hypotheses(referents), pose, self._view.range_max)
         for object_id in seen_figures(referents):
             row = _row_of(belief, object_id)

@@ -28,6 +28,11 @@ class FieldOfView:
     """As in `CameraSpec`."""
 
     @property
+    def reach(self) -> float:
+        """Within it objects are more likely detected than not [m]."""
+        return self.range_max * (self.sharp_share + self.blind_share) / 2
+
+    @property
     def area(self) -> float:
         """Of the ground in one full view [m^2]."""
         return self.half_angle * self.range_max**2
