@@ -27,6 +27,20 @@ The data contract, for C candidates, M readings of the instruction and D feature
     here                1 when the robot stands at the candidate's seen thing
     tried               how often the robot looked from there before
     way                 to the goal, if the candidate is taken first [m], see `search`
+    see_rate            see_either for each metre of way
+    figure_gap          from the end of the way to the figure [m]
+    figure_nearer       by how much that is less than from its start [m]
+    figure_detour       longer than straight to the figure, if the candidate is taken first [m]
+    figure_size         mean width of the figure [m]
+    landmark_gap        as for the figure
+    landmark_nearer     as for the figure
+    stop_found          1 for stop at the figure, where the landmark was seen, or there is none
+    stop_imagined       1 for stop at the figure, where the landmark is only imagined
+    stop_doubt_90       by how much the mass of stop_found falls short of 0.9
+    stop_doubt_60       likewise of 0.6
+
+The first four of the path and all of figure and landmark are those of Duvallet et al. (2013): the
+shape of the path, the geometry of the landmark, and the relation of the two.
 """
 
 from dataclasses import dataclass
@@ -38,6 +52,7 @@ from schemas.arrays import Floats
 from services.policy.candidates import Candidates, Kind
 from services.policy.referents import Referents
 from services.policy.search import way_to_goal
+from services.policy.sight import distances
 from services.policy.terrain import Terrain
 from services.policy.travel import Travel
 from services.policy.view import FieldOfView
@@ -55,6 +70,17 @@ names = (
     "here",
     "tried",
     "way",
+    "see_rate",
+    "figure_gap",
+    "figure_nearer",
+    "figure_detour",
+    "figure_size",
+    "landmark_gap",
+    "landmark_nearer",
+    "stop_found",
+    "stop_imagined",
+    "stop_doubt_90",
+    "stop_doubt_60",
 )
 _area_stride = 2
 """New ground is measured on every second block, which is fine enough for an area."""
@@ -64,6 +90,8 @@ _visited_within = 2.5
 """A pose this near a seen thing was a visit to it [m]."""
 _on_the_way = (0.33, 0.66)
 """Shares of a straight way at which the robot looks ahead."""
+_start_m = 2.0
+"""Added to every way where a rate is meant: stopping and looking take time too [m]."""
 _detour = 1.2
 """Beyond this share of the straight line the way is not straight."""
 
@@ -119,11 +147,15 @@ def features(
     reach = (candidates.object_id[:, None] == referents.figure_id) & referents.figure_seen
     length = situation.travel.to(candidates.pose[:, :2])
     way = way_to_goal(situation.pose, length, candidates, referents, situation.view)
+    see_either = 1 - (1 - see_figure) * (1 - see_landmark)
+    move = (1 - stop)[:, None]
+    stop_found = stop[:, None] * here[:, None] * (reach & referents.found)
+    stop_mass = (stop_found @ referents.probability)[:, None]
     columns = (
         length[:, None],
         _turn(situation.pose, candidates.pose)[:, None],
         see_figure,
-        1 - (1 - see_figure) * (1 - see_landmark),
+        see_either,
         area[:, None],
         area[:, None] * ~referents.known,
         reach & referents.known,
@@ -131,10 +163,38 @@ def features(
         stop[:, None],
         here[:, None],
         _times_tried(situation.tried, candidates)[:, None],
-        way * (1 - stop)[:, None],
+        way * move,
+        see_either / (length[:, None] + _start_m),
+        *(column * move for column in _to_figure(situation, candidates, referents)),
+        *(column * move for column in _to_landmark(situation, candidates, referents)),
+        stop_found,
+        stop[:, None] * here[:, None] * (reach & referents.known & ~referents.found),
+        stop[:, None] * np.maximum(0.9 - stop_mass, 0.0),
+        stop[:, None] * np.maximum(0.6 - stop_mass, 0.0),
     )
     shape = (len(candidates), len(referents.probability))
     return np.stack([np.broadcast_to(column, shape) for column in columns], axis=-1, dtype=float)
+
+
+def _to_figure(
+    situation: Situation, candidates: Candidates, referents: Referents
+) -> tuple[Floats, ...]:
+    """How the ways lie to the figures: gap, nearer, detour and size, (C, M) each."""
+    gap = distances(candidates.pose[:, :2], referents.figure)
+    before = distances(situation.pose[None, :2], referents.figure)
+    straight = distances(candidates.pose[:, :2], situation.pose[None, :2])
+    known = referents.known
+    size = np.broadcast_to(referents.figure_size * known, gap.shape)
+    return gap * known, (before - gap) * known, (straight + gap - before) * known, size
+
+
+def _to_landmark(
+    situation: Situation, candidates: Candidates, referents: Referents
+) -> tuple[Floats, ...]:
+    """How the ways lie to the landmarks: gap and nearer, (C, M) each."""
+    gap = distances(candidates.pose[:, :2], referents.landmark)
+    before = distances(situation.pose[None, :2], referents.landmark)
+    return gap * referents.known, (before - gap) * referents.known
 
 
 def _sightings(

@@ -39,6 +39,8 @@ class Referents:
     """(M,) Seen, not only hypothesised."""
     figure_existence: Floats
     """(M,)"""
+    figure_size: Floats
+    """(M,) Its mean width [m]."""
     landmark: Floats
     """(M, 2) Map frame [m]; the figure's place where there is no landmark."""
     landmark_seen: Flags
@@ -137,6 +139,7 @@ def _readings(
             figure_id=belief.node[figure_row],
             figure_seen=seen[figure_row],
             figure_existence=belief.existence[figure_row],
+            figure_size=belief.extent[figure_row, :2].mean(axis=1),
             landmark=belief.position[landmark_row],
             landmark_seen=seen[landmark_row] | ~has_landmark,
             landmark_existence=belief.existence[landmark_row],
@@ -155,6 +158,7 @@ def _with_nothing(readings: Referents) -> Referents:
         figure_id=np.append(readings.figure_id, np.int32(-1)),
         figure_seen=np.append(readings.figure_seen, False),
         figure_existence=np.append(readings.figure_existence, 0.0),
+        figure_size=np.append(readings.figure_size, 0.0),
         landmark=np.concatenate([readings.landmark, np.zeros((1, 2))]),
         landmark_seen=np.append(readings.landmark_seen, False),
         landmark_existence=np.append(readings.landmark_existence, 0.0),

@@ -114,6 +114,9 @@ def _share(weight: Floats) -> Floats:
 def _quest(referents: Referents) -> tuple[Ints, Quest]:
     """Rows of the readings in which something is left to see, and these as a quest."""
     rows = np.flatnonzero(referents.known & ~referents.found).astype(np.int32)
+    # Ties are broken by place, so that the order of the hypotheses means nothing.
+    keys = np.concatenate([referents.figure[rows].T, referents.landmark[rows].T])
+    rows = rows[np.lexsort(keys)]
     quest = Quest(
         weight=_share(referents.probability[rows]),
         figure=referents.figure[rows],

@@ -26,7 +26,7 @@ class Legs:
 
     @property
     def direction(self) -> tuple[Floats, Floats]:
-        """x and y (A, B) of unit vectors; zero where start and end are one."""
+        """Components x and y (A, B) of unit vectors; zero where start and end are one."""
         length = np.maximum(self.length, 1e-9)
         x = (self.end[None, :, 0] - self.start[:, None, 0]) / length
         y = (self.end[None, :, 1] - self.start[:, None, 1]) / length
