@@ -16,7 +16,7 @@ FRAMES = {"train": (10_000, 0), "val": (300, 1)}
 
 
 def train(
-    what: Annotated[Literal["grounding", "detector"], tyro.conf.Positional],
+    what: Annotated[Literal["grounding", "policy", "detector"], tyro.conf.Positional],
     robot: str = "husky",
     data: Path = Path("runs/detector-data"),
     epochs: int = 8,
@@ -24,13 +24,21 @@ def train(
     check: Path | None = None,
     annotate: Path | None = None,
     like: str | None = None,
+    rounds: int = 8,
+    episodes: int = 12,
+    validation: int = 8,
+    workers: int = 2,
+    moments: int = 2,
+    expert: Literal["detection_rate", "clairvoyant"] = "detection_rate",
+    seed: int = 0,
     json: bool = False,
 ) -> int:
     """Train from our own data; writes the weights and a report with held-out figures.
 
     Args:
-        what: grounding: words of one robot, seconds; detector: the camera's network, about an hour.
-        robot: whose words (grounding).
+        what: grounding: words of one robot, seconds; policy: where to go, by practice in simulated
+            worlds, half an hour; detector: the camera's network, about an hour.
+        robot: whose words (grounding), or whose policy.
         data: folder for rendered pictures (detector); made if it is not there, resumed if it is.
         epochs: passes over the pictures in all (detector).
         minutes: ends this call early (detector); called again, it goes on from where it was.
@@ -38,6 +46,14 @@ def train(
         annotate: file of sentences, one a line, to print in corpus format for correction instead
             of training (grounding); - reads them from stdin.
         like: robot whose weights propose annotations where this one has none yet (grounding).
+        rounds: of acting and learning (policy).
+        episodes: in every round, of each kind of world and sentence (policy).
+        validation: likewise after every round, in worlds that are not trained on (policy).
+        workers: processes that act at once (policy).
+        moments: K, of the features over the hypotheses, 1 to 3; the report compares them (policy).
+        expert: who is imitated (policy): detection_rate knows what the robot knows until it has
+            seen the goal; clairvoyant, the paper's, knows the map.
+        seed: decides worlds and every random choice (policy).
         json: one JSON document on stdout.
     """
     if check is not None or annotate is not None or like is not None:
@@ -46,7 +62,10 @@ def train(
         if what != "grounding":
             raise UserError(f"--check, --annotate and --like are for grounding, not {what}")
         return corpus.run(robot, check, annotate, like, json)
-    report = _grounding(robot) if what == "grounding" else _detector(data, epochs, minutes)
+    if what == "policy":
+        report = _policy(robot, rounds, episodes, validation, workers, moments, expert, seed)
+    else:
+        report = _grounding(robot) if what == "grounding" else _detector(data, epochs, minutes)
     if json:
         print_json(report)
     else:
@@ -55,6 +74,9 @@ def train(
 
 
 def _print(report: dict[str, Any]) -> None:
+    if "by_moments" in report:
+        _print_rounds(report)
+        return
     tables = {name: report.pop(name) for name in ("reliability", "confusion") if name in report}
     for name, value in report.items():
         print(f"{name}: {value}")
@@ -62,6 +84,25 @@ def _print(report: dict[str, Any]) -> None:
         print(f"{name} on held-out sentences:{'' if rows else ' none'}")
         if rows:
             print_table(tuple(rows[0]), [tuple(row.values()) for row in rows])
+
+
+def _print_rounds(report: dict[str, Any]) -> None:
+    """The report of a policy: every round, then every number of moments."""
+    head = ("agreement", "loss", "success", "distance_m")
+    rounds = [
+        (one["number"], one["beta"], one["decisions"], *(one["validation"][name] for name in head))
+        for one in report.pop("rounds")
+    ]
+    moments = [
+        (one["moments"], *(one["validation"][name] for name in head))
+        for one in report.pop("by_moments")
+    ]
+    for name, value in report.items():
+        print(f"{name}: {value}")
+    print("on validation worlds, after each round:")
+    print_table(("round", "beta", "decisions", *head), rounds)
+    print("the best round's data with K moments:")
+    print_table(("K", *head), moments)
 
 
 def _bar() -> Progress:
@@ -86,6 +127,31 @@ def _grounding(robot: str) -> dict[str, Any]:
 
         report = train_grounding(robot, progress)
     return report | corpus.evaluation(robot)
+
+
+def _policy(
+    robot: str,
+    rounds: int,
+    episodes: int,
+    validation: int,
+    workers: int,
+    moments: int,
+    expert: Literal["detection_rate", "clairvoyant"],
+    seed: int,
+) -> dict[str, Any]:
+    from services.policy.training.dagger import TrainSettings
+    from services.policy.training.train import train_policy
+    from sim import vulkan
+
+    vulkan.activate()
+    settings = TrainSettings(robot, expert, rounds, episodes, validation, workers, moments, seed)
+    with _bar() as bar:
+        task = bar.add_task("training", total=1.0)
+
+        def progress(doing: str, share: float) -> None:
+            bar.update(task, description=doing, completed=share)
+
+        return train_policy(settings, progress)
 
 
 def _detector(data: Path, epochs: int, minutes: float | None) -> dict[str, Any]:

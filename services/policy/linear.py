@@ -16,6 +16,7 @@ from typing import Literal, cast
 import msgspec
 import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 
 from schemas.arrays import Flags, Floats, Ints
 from schemas.errors import UserError
@@ -111,7 +112,7 @@ class LinearCost:
 
     def judge(self, features: Floats, circumstances: Circumstances) -> Judgement:
         """Judge candidates with features (C, K or more, D)."""
-        is_stop = _first(features, "is_stop") > 0
+        is_stop = stops(features)
         costs = self.costs(features, circumstances.words)
         costs[1 : 1 + circumstances.following] -= self.settings.patience
         found = _first(features, "reach_found")
@@ -123,16 +124,16 @@ class LinearCost:
 
     def costs(self, features: Floats, words: Words) -> Floats:
         """W^T F (C,) of features (C, K or more, D), before what is not learned."""
-        block = (_first(features, "is_stop") > 0).astype(np.intp)
+        block = stops(features).astype(np.intp)
         own = features[:, : self.moments, self.columns]
         standard = (own - self.mean[block]) / self.deviation[block]
         weights = self.weights.get(words, self.weights["any"])
         return np.einsum("ckd,ckd->c", standard, weights[block])
 
 
-def stops(features: Floats) -> Flags:
+def stops(features: NDArray[np.floating]) -> Flags:
     """Which of the candidates (C,) with features (C, K, D) are stops."""
-    return _first(features, "is_stop") > 0
+    return features[:, 0, names.index("is_stop")] > 0
 
 
 def _first(features: Floats, name: str) -> Floats:
@@ -155,7 +156,7 @@ def cost_of(weights: LinearWeights) -> LinearCost:
     blocks = (weights.move, weights.stop)
     if not all("any" in block.weights for block in blocks):
         raise WeightsError('weights lack those for "any" words')
-    kinds = [kind for kind in blocks[0].weights if kind in blocks[1].weights]
+    kinds: list[Words] = [kind for kind in blocks[0].weights if kind in blocks[1].weights]
     return LinearCost(
         columns=np.array([names.index(name) for name in named], np.int32),
         mean=_stacked([block.mean for block in blocks], named, weights.moments),

@@ -14,6 +14,7 @@ from schemas.run import RunConfig
 from schemas.sensing import Odometry
 from schemas.task import CancelRequest, GoalStatus, InstructionStatus, TaskState
 from schemas.topics import Handlers, Output
+from services.policy.cost import Cost
 from services.policy.errand import (
     Ending,
     Errand,
@@ -22,6 +23,7 @@ from services.policy.errand import (
     ending_at_once,
     no_answer,
 )
+from services.policy.linear import default_expert, load_linear, weights_path
 from services.policy.pairing import Pairing, Reading
 from services.policy.policy import BeliefPolicy, Choice
 from services.policy.reports import decision_of, goal_of, halt, progress, status_of
@@ -42,7 +44,7 @@ class PolicyNode:
     ) -> None:
         del rng
         self._spec = robot_of(run)
-        self._policy = policy or BeliefPolicy(self._spec, load_rule(run.robot))
+        self._policy = policy or BeliefPolicy(self._spec, _cost_of(run.robot))
         self._errand: Errand | None = None
         self._waiting: Errand | None = None
         self._asked_ns = 0
@@ -249,3 +251,9 @@ class PolicyNode:
         if self._map_from_odom is None or self._odom_from_base is None:
             return None
         return self._map_from_odom @ self._odom_from_base
+
+
+def _cost_of(robot: str) -> Cost:
+    """What was learned for this robot, or else the rule that was set by hand."""
+    learned = weights_path(robot, default_expert)
+    return load_linear(learned) if learned.exists() else load_rule(robot)

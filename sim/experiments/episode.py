@@ -1,6 +1,6 @@
 """One instruction in one world, in lockstep, from the first word to the truth about its end."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,12 +12,17 @@ from msgspec import Struct
 from schemas import topics
 from schemas.belief import shared
 from schemas.codec import decode
+from schemas.geometry import Pose2
 from schemas.language import Annotations, Instruction
 from schemas.run import RunConfig
 from schemas.sensing import Odometry
 from schemas.task import Failure, InstructionStatus, TaskState
+from services.policy.node import PolicyNode
+from services.policy.policy import BeliefPolicy
+from services.process_table import Process
 from services.runtime.lockstep import Lockstep
 from services.runtime.mailbox import Sample
+from services.runtime.node import Node, node_generator
 from services.runtime.provenance import run_metadata
 from services.runtime.record import LogWriter
 from services.runtime.stopwatch import Stopwatch
@@ -104,6 +109,8 @@ class Trial:
     intended: tuple[str, ...] = ()
     """Ids of the objects that are meant; by default what the words mean decides."""
     reached_m: float = REACHED_M
+    policy: Callable[[Callable[[], Pose2]], BeliefPolicy] | None = None
+    """Makes the policy that decides, given the robot's true pose; by default it is the table's."""
 
 
 class Episode:
@@ -121,6 +128,9 @@ class Episode:
         self._truth = Truth(built.driver, run, self._trial.intended, self._trial.reached_m)
         truthful = Truthful(lambda: built.driver.world_from_base, self._truth.meant)
         nodes = nodes_of(self._trial.arm, built.nodes, run, truthful)
+        if self._trial.policy:
+            policy = self._trial.policy(truthful.world_from_base)
+            nodes = _with_policy(nodes, PolicyNode(run, node_generator(run, "policy"), policy))
         timed = {process: self._watch.timed(process.name, node) for process, node in nodes.items()}
         self._lockstep = Lockstep(timed, on_message=self._note)
 
@@ -187,6 +197,10 @@ class Episode:
         self._lockstep.close()
         if self._writer is not None:
             self._writer.close()
+
+
+def _with_policy(nodes: Mapping[Process, Node], policy: PolicyNode) -> Mapping[Process, Node]:
+    return {row: policy if row.name == "policy" else node for row, node in nodes.items()}
 
 
 def run_episode(

@@ -40,8 +40,8 @@ class FitSettings:
     """lambda of Eq. optimization-loss."""
     step: float = 0.1
     decay: float = 0.5
-    """gamma: alpha = step / (1 + t / patience)^gamma."""
-    patience: float = 2000.0
+    """gamma: alpha = step / (1 + t / constant)^gamma."""
+    constant: float = 2000.0
     epochs: int = 12
 
 
@@ -70,7 +70,7 @@ def loss(weights: Values, state: State, penalty: float) -> float:
 
 
 def subgradient(weights: Values, state: State, penalty: float) -> Values:
-    """lambda W + F_* - F_a', a' the best loss-augmented action; shape (2, P)."""
+    """Lambda W + F_* - F_a', a' the best loss-augmented action; shape (2, P)."""
     augmented = int(np.argmin(costs(weights, state) - state.margin))
     gradient = penalty * weights
     gradient[state.block[state.label]] += state.values[state.label]
@@ -108,7 +108,7 @@ def fit(states: Sequence[State], start: Floats, settings: FitSettings, rng: Gene
             cost = costs(weights, state)
             lost += float(cost[state.label] - np.min(cost - state.margin))
             agreed += int(np.argmin(cost)) == state.label
-            alpha = settings.step / (1 + time / settings.patience) ** settings.decay
+            alpha = settings.step / (1 + time / settings.constant) ** settings.decay
             weights = weights - alpha * subgradient(weights, state, settings.penalty)
             time += 1
             if 2 * epoch >= settings.epochs:

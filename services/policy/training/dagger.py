@@ -1,0 +1,216 @@
+"""DAgger: act, be corrected, learn from all corrections so far, act again (Ross et al., 2011)."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from msgspec import Struct
+
+from services.policy.linear import ExpertName, LinearWeights, Provenance, default_expert
+from services.policy.training.collect import (
+    MOST_MOMENTS,
+    Decision,
+    Episodic,
+    collect,
+    rollouts_of,
+)
+from services.policy.training.weigh import Learned, learn
+from services.policy.training.worlds import TRAINING_SEEDS, VALIDATION_SEEDS, practices
+from services.runtime.provenance import git_revision
+
+_betas = (1.0, 0.3, 0.3)
+"""How often the expert acts, by round; afterwards never."""
+_metres_per_success = 100.0
+"""One more success in a hundred episodes is worth one metre more in each of them."""
+
+Progress = Callable[[str, float], None]
+"""Called with what is being done and the share of it that is done, in [0, 1]."""
+
+
+@dataclass(frozen=True)
+class TrainSettings:
+    """What to learn, from whom, and how long."""
+
+    robot: str = "husky"
+    expert: ExpertName = default_expert
+    rounds: int = 8
+    episodes: int = 12
+    """In every round, of each row of `worlds.practices`."""
+    validation: int = 8
+    """Episodes of each row after every round, in worlds that are not trained on."""
+    workers: int = 2
+    moments: int = 2
+    """K"""
+    seed: int = 0
+
+
+class Score(Struct, frozen=True, kw_only=True):
+    """How a policy does on the validation worlds."""
+
+    agreement: float
+    """Share of its decisions that are the expert's."""
+    loss: float
+    """Mean hinge loss of them."""
+    success: float
+    distance_m: float
+    """Mean over all episodes."""
+    success_by_row: dict[str, float]
+    distance_by_row: dict[str, float]
+
+    @property
+    def merit(self) -> float:
+        """By which the best round is chosen."""
+        return self.success - self.distance_m / _metres_per_success
+
+
+class Round(Struct, frozen=True, kw_only=True):
+    """One round of acting and learning."""
+
+    number: int
+    beta: float
+    decisions: int
+    """So far."""
+    training_agreement: float
+    training_loss: float
+    validation: Score
+
+
+class Compared(Struct, frozen=True, kw_only=True):
+    """The same data fitted with another number of moments."""
+
+    moments: int
+    validation: Score
+
+
+@dataclass(frozen=True)
+class Trained:
+    """The best round, and how all of them went."""
+
+    weights: LinearWeights
+    best: int
+    rounds: tuple[Round, ...]
+    by_moments: tuple[Compared, ...]
+    elapsed_s: float
+
+
+def train(settings: TrainSettings, progress: Progress) -> Trained:
+    """All rounds; returns the weights of the best one on the validation worlds, not the last."""
+    return _Training(settings, progress).run()
+
+
+class _Training:
+    def __init__(self, settings: TrainSettings, progress: Progress) -> None:
+        self._settings, self._progress = settings, progress
+        self._decisions: list[Decision] = []
+        self._rounds: list[Round] = []
+        self._weights: list[LinearWeights] = []
+
+    def run(self) -> Trained:
+        started = time.perf_counter()
+        for number in range(self._settings.rounds):
+            self._round(number)
+        best = int(np.argmax([one.validation.merit for one in self._rounds]))
+        return Trained(
+            weights=self._weights[best],
+            best=best,
+            rounds=tuple(self._rounds),
+            by_moments=tuple(self._compared(best)),
+            elapsed_s=time.perf_counter() - started,
+        )
+
+    def _round(self, number: int) -> None:
+        beta = _betas[number] if number < len(_betas) else 0.0
+        self._act(number, beta)
+        learned = self._learn(f"round {number}", self._decisions, self._settings.moments)
+        score = self._validate(f"round {number}", learned, number, len(self._decisions))
+        agreement, loss = learned.score(self._decisions)
+        self._weights.append(self._struct(learned, number, len(self._decisions), score))
+        self._rounds.append(
+            Round(
+                number=number,
+                beta=beta,
+                decisions=len(self._decisions),
+                training_agreement=round(agreement, 4),
+                training_loss=round(loss, 4),
+                validation=score,
+            )
+        )
+
+    def _act(self, number: int, beta: float) -> None:
+        settings = self._settings
+        first = TRAINING_SEEDS + settings.seed
+        chosen = practices(first, settings.episodes, number * settings.episodes)
+        weights = self._weights[-1] if self._weights else None
+        rollouts = rollouts_of(chosen, settings.robot, settings.expert, weights, beta)
+        episodes = collect(rollouts, settings.workers, self._sharing(f"round {number}: acting"))
+        self._decisions += [one for episode in episodes for one in episode.decisions]
+
+    def _learn(self, what: str, decisions: Sequence[Decision], moments: int) -> Learned:
+        say = self._progress
+        return learn(
+            decisions,
+            moments,
+            self._settings.seed,
+            progress=lambda words: say(f"{what}: learning, {words} words", 0.0),
+        )
+
+    def _validate(self, what: str, learned: Learned, number: int, decisions: int) -> Score:
+        settings = self._settings
+        chosen = practices(VALIDATION_SEEDS + settings.seed, settings.validation)
+        weights = self._struct(learned, number, decisions, None)
+        rollouts = rollouts_of(chosen, settings.robot, settings.expert, weights, 0.0)
+        tell = self._sharing(f"{what}: validating")
+        return score_of(learned, collect(rollouts, settings.workers, tell))
+
+    def _compared(self, best: int) -> list[Compared]:
+        """The data of the best round with other numbers of moments."""
+        count, own = self._rounds[best].decisions, self._settings.moments
+        compared: list[Compared] = []
+        for moments in range(1, MOST_MOMENTS + 1):
+            score = self._rounds[best].validation
+            if moments != own:
+                what = f"K = {moments}"
+                learned = self._learn(what, self._decisions[:count], moments)
+                score = self._validate(what, learned, best, count)
+            compared.append(Compared(moments=moments, validation=score))
+        return compared
+
+    def _struct(
+        self, learned: Learned, number: int, decisions: int, score: Score | None
+    ) -> LinearWeights:
+        return learned.struct(
+            Provenance(
+                git=git_revision(),
+                seed=self._settings.seed,
+                expert=self._settings.expert,
+                rounds=number + 1,
+                decisions=decisions,
+                agreement=score.agreement if score else 0.0,
+                success=score.success if score else 0.0,
+            )
+        )
+
+    def _sharing(self, what: str) -> Callable[[int, int], None]:
+        return lambda done, total: self._progress(what, done / total)
+
+
+def score_of(learned: Learned, episodes: Sequence[Episodic]) -> Score:
+    """How the policy did in the episodes, and how often the expert would have done the same."""
+    agreement, loss = learned.score([one for episode in episodes for one in episode.decisions])
+    rows = list(dict.fromkeys(episode.row for episode in episodes))
+    by_row = {row: [one for one in episodes if one.row == row] for row in rows}
+    return Score(
+        agreement=round(agreement, 4),
+        loss=round(loss, 4),
+        success=round(float(np.mean([one.success for one in episodes])), 4),
+        distance_m=round(float(np.mean([one.distance_m for one in episodes])), 3),
+        success_by_row={
+            row: round(float(np.mean([one.success for one in of_row])), 4)
+            for row, of_row in by_row.items()
+        },
+        distance_by_row={
+            row: round(float(np.mean([one.distance_m for one in of_row])), 3)
+            for row, of_row in by_row.items()
+        },
+    )
