@@ -12,10 +12,8 @@ from services.policy.linear import (
     Provenance,
     WeightsError,
     cost_of,
-    default_expert,
     load_linear,
     save_linear,
-    weights_path,
 )
 
 KINDS = ("any", "relation")
@@ -147,8 +145,3 @@ def test_what_is_no_file_of_weights_is_refused(tmp_path):
     (tmp_path / "w.json").write_text('{"mean": {}}')
     with pytest.raises(WeightsError, match="no weights of a policy"):
         load_linear(tmp_path / "w.json")
-
-
-def test_the_weights_in_the_tree_go_with_the_features_that_exist():
-    path = weights_path("husky", default_expert)
-    assert load_linear(path).settings.provenance.expert == default_expert
