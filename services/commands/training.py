@@ -29,7 +29,7 @@ def train(
     validation: int = 8,
     workers: int = 2,
     moments: int = 2,
-    expert: Literal["detection_rate", "clairvoyant"] = "detection_rate",
+    expert: Literal["least_way", "detection_rate", "clairvoyant"] = "detection_rate",
     seed: int = 0,
     json: bool = False,
 ) -> int:
@@ -136,7 +136,7 @@ def _policy(
     validation: int,
     workers: int,
     moments: int,
-    expert: Literal["detection_rate", "clairvoyant"],
+    expert: Literal["least_way", "detection_rate", "clairvoyant"],
     seed: int,
 ) -> dict[str, Any]:
     from services.policy.training.dagger import TrainSettings

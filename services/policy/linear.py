@@ -23,7 +23,7 @@ from schemas.errors import UserError
 from services.policy.belief_features import names
 from services.policy.cost import Circumstances, Judgement, Words
 
-ExpertName = Literal["detection_rate", "clairvoyant"]
+ExpertName = Literal["least_way", "detection_rate", "clairvoyant"]
 """Whom the weights were learned from, see `training.experts`."""
 default_expert: ExpertName = "detection_rate"
 

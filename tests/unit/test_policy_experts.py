@@ -11,7 +11,13 @@ from services.policy.candidates import Kind
 from services.policy.policy import BeliefPolicy
 from services.policy.referents import from_figures
 from services.policy.rule import load_rule
-from services.policy.training.experts import Clairvoyant, DetectionRate, Expert, Setting
+from services.policy.training.experts import (
+    Clairvoyant,
+    DetectionRate,
+    Expert,
+    LeastWay,
+    Setting,
+)
 from services.policy.training.truth import TrueWays
 from sim.assets.library import make_asset
 from sim.scenes.model import World
@@ -58,7 +64,7 @@ def seen_all(figure: int) -> MapBelief:
 
 def experts_at(pose: Pose2) -> list[Expert]:
     truth = truth_at(pose)
-    return [Clairvoyant(truth), DetectionRate(truth, RULE)]
+    return [Clairvoyant(truth), DetectionRate(truth, RULE), LeastWay(truth, RULE)]
 
 
 def test_ways_on_the_true_map_lead_round_things():
@@ -111,8 +117,8 @@ def test_both_go_to_the_goal_once_it_was_detected(number):
     assert np.hypot(*(end - xy(GOAL))) < np.hypot(*(end - xy(OTHER)))
 
 
-@pytest.mark.parametrize("number", [0, 1])
-def test_both_stop_at_the_goal(number):
+@pytest.mark.parametrize("number", [0, 1, 2])
+def test_all_stop_at_the_goal(number):
     pose = beside(GOAL, 1.2)
     advice = experts_at(pose)[number].advise(setting_of(seen_all(1), pose))
     assert setting_of(seen_all(1), pose).proposal.candidates.kinds[advice.label] is Kind.STOP
@@ -120,8 +126,8 @@ def test_both_stop_at_the_goal(number):
     assert (np.delete(advice.margin, advice.label) == 1).all()
 
 
-@pytest.mark.parametrize("number", [0, 1])
-def test_neither_stops_at_another_thing_and_that_is_the_worst_of_all(number):
+@pytest.mark.parametrize("number", [0, 1, 2])
+def test_none_stops_at_another_thing_and_that_is_the_worst_of_all(number):
     pose = beside(OTHER, 1.2)
     setting = setting_of(seen_all(2), pose)
     advice = experts_at(pose)[number].advise(setting)
@@ -130,12 +136,20 @@ def test_neither_stops_at_another_thing_and_that_is_the_worst_of_all(number):
     assert advice.margin[kinds.index(Kind.STOP)] > 1.0
 
 
-def test_neither_declares_the_goal_where_the_robot_would_declare_something_else():
+def test_none_declares_the_goal_where_the_robot_would_declare_something_else():
     pose = beside(GOAL, 1.2)
     setting = setting_of(seen_all(2), pose)
     for expert in experts_at(pose):
         advice = expert.advise(setting)
         assert setting.proposal.candidates.kinds[advice.label] is not Kind.STOP
+
+
+def test_the_least_way_is_the_one_over_the_belief_and_not_over_the_true_map():
+    pose = Pose2(0.0, 0.0, 0.0)
+    setting = setting_of(belief_of([(-9.0, 0.0)] * 8, [(-7.0, 0.0)] * 8), pose)
+    advice = LeastWay(truth_at(pose), RULE).advise(setting)
+    assert setting.proposal.candidates.target[advice.label, 0] < 0
+    assert advice.margin[advice.label] == 0
 
 
 def test_margins_grow_with_the_way_that_is_wasted():

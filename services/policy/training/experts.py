@@ -1,10 +1,12 @@
-"""Two experts, who say what they would do in the learner's place.
+"""Three experts, who say what they would do in the learner's place.
 
 `clairvoyant` is the paper's: it knows the map and takes the shortest path to the goal. It labels
 what the learner cannot know, and it never searches, because it has nothing to search for; so
 it teaches the learner nothing about where to look (Warrington et al., 2021). `detection_rate` knows
 no more than the learner until the goal was detected, and takes what is most likely to show it for
-the least way; from then on it is the first. Both are kept, to be compared.
+the least way; from then on it is the first. `least_way` looks farther than the next look: it takes
+what begins the least expected way to the goal over the learner's belief, and knows the map only
+to tell a right stop from a wrong one. All are kept, to be compared.
 """
 
 from dataclasses import dataclass
@@ -15,6 +17,7 @@ import numpy as np
 from schemas.arrays import Flags, Floats
 from schemas.belief import MapBelief
 from schemas.geometry import Pose2
+from services.policy.belief_features import names
 from services.policy.candidates import Kind
 from services.policy.cost import Circumstances
 from services.policy.linear import ExpertName
@@ -30,6 +33,8 @@ _full_regret = 1.5
 """Way wasted for which an action is as wrong as any [m]."""
 _full_share = 0.3
 """The same as a share of the best action's cost, where costs are not ways."""
+_again = 2.0
+"""Way that another look from the same place is not worth [m]."""
 _wrong_stop = 8.0
 """Margin of a stop that is wrong: nothing can make up for it."""
 
@@ -108,9 +113,28 @@ class DetectionRate:
         return _advice((cost - best) / (_full_share * max(best, 1e-9)), stop)
 
 
+class LeastWay:
+    """Takes the least expected way to the goal, see `services.policy.search`, until it is there."""
+
+    def __init__(self, truth: TrueWays, rule: RateRule) -> None:
+        self._truth, self._rule = truth, rule
+
+    def advise(self, setting: Setting) -> Advice:
+        """What begins the best sweep over the hypotheses, or a stop that is right."""
+        stop = _stops(setting.proposal)
+        if setting.proposal.here and self._truth.gap() <= _standing_within:
+            return Advice(int(np.argmax(stop)), np.where(stop, 0.0, 1.0))
+        mean = setting.proposal.features[:, 0]
+        turn, tried = mean[:, names.index("turn")], mean[:, names.index("tried")]
+        way = mean[:, names.index("way")] + self._rule.turn_m_per_rad * turn + _again * tried
+        return _advice((way - way[~stop].min()) / _full_regret, stop)
+
+
 def make_expert(name: ExpertName, truth: TrueWays, rule: RateRule) -> Expert:
     """The expert of that name in one world."""
-    return Clairvoyant(truth) if name == "clairvoyant" else DetectionRate(truth, rule)
+    if name == "clairvoyant":
+        return Clairvoyant(truth)
+    return LeastWay(truth, rule) if name == "least_way" else DetectionRate(truth, rule)
 
 
 def _advice(regret: Floats, stop: Flags) -> Advice:
