@@ -31,6 +31,7 @@ class Bench:
 
 BENCHES: dict[str, Bench] = {
     "table1": Bench("table1:measure", 100, "table1:draw"),
+    "ablations": Bench("bench_ablations:measure", 100),
     "fov": Bench("fov:measure", 50, "fov:draw"),
     "grounding": Bench("bench_grounding:measure", 10),
     "grounding_scaling": Bench(
@@ -53,8 +54,8 @@ def bench(
     """Run an experiment; our figures stand beside the paper's.
 
     Args:
-        name: table1, fov, grounding, grounding_scaling, grounding_training, perception, runtime,
-            or all.
+        name: table1, ablations, fov, grounding, grounding_scaling, grounding_training, perception,
+            runtime, or all.
         runs: how often each thing is tried or timed; by default as many as the experiment wants.
         workers: processes that may work at once; what measures time uses one.
         seed: decides every random choice.
@@ -103,6 +104,8 @@ def _run(name: str, runs: int | None, workers: int, seed: int, plot: Path | None
         elapsed_s=round(time.monotonic() - started, 1),
         rows=found.rows,
         failures=found.failures,
+        comparisons=found.comparisons,
+        settings=found.settings,
     )
     if plot is not None:
         _write(report, plot)
@@ -126,9 +129,19 @@ def _write(report: "Report", folder: Path) -> None:
 
 
 def _print(report: "Report") -> None:
-    from sim.experiments.report import HEAD, cells, failure_lines
+    from sim.experiments.report import (
+        COMPARISON_HEAD,
+        HEAD,
+        cells,
+        comparison_cells,
+        failure_lines,
+    )
 
     print_table(HEAD, [cells(row) for row in report.rows])
+    if report.comparisons:
+        print_table(COMPARISON_HEAD, [comparison_cells(one) for one in report.comparisons])
     if failures := failure_lines(report):
         print("failures\n" + "\n".join(f"  {line}" for line in failures))
+    for line in report.settings:
+        print(line)
     print(f"{report.bench}: {report.runs} runs, {report.machine}, {report.elapsed_s:.0f} s")

@@ -23,12 +23,23 @@ _grid_period_ns = 500_000_000
 
 
 class MappingNode:
-    """Publishes a belief after every picture and utterance, and the grid twice a second."""
+    """Publishes a belief after every picture and utterance, and the grid twice a second.
 
-    def __init__(self, run: RunConfig, rng: np.random.Generator) -> None:
+    Args:
+        run: names the robot.
+        rng: the filter's only source of randomness.
+        filter_class: another filter than the robot's own.
+    """
+
+    def __init__(
+        self,
+        run: RunConfig,
+        rng: np.random.Generator,
+        filter_class: type[SemanticFilter] = SemanticFilter,
+    ) -> None:
         robot = robot_of(run)
         classes = robot.symbols.object_classes
-        self._filter = SemanticFilter(classes, robot.camera, run.particles, rng)
+        self._filter = filter_class(classes, robot.camera, run.particles, rng)
         known = classes + robot.symbols.locations
         self._gate = Gate(robot.limits, known, self._filter.faults, self._jump)
         self._odom_from_base = Pose2(0.0, 0.0, 0.0)

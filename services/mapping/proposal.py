@@ -135,7 +135,7 @@ def _new_alone(share: int, evidence: Evidence, rng: np.random.Generator) -> _Dra
 
 
 def _all_new(reading: Reading, share: int, evidence: Evidence, rng: np.random.Generator) -> _Draw:
-    places, log_proposal = _unseen_places(share, evidence, rng)
+    places, log_proposal = _unseen_places(share, evidence.for_landmarks, rng)
     new = np.full(share, hypothesised_landmark, np.int32)
     return _new_figure(reading, new, places, log_proposal, evidence, rng)
 

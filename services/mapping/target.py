@@ -45,6 +45,11 @@ class Evidence:
     """map_from_base when the utterance was heard."""
     readings: tuple[Reading, ...]
 
+    @property
+    def for_landmarks(self) -> "Evidence":
+        """By which landmarks that nobody saw are judged: all of it."""
+        return self
+
 
 def log_target(particles: Particles, evidence: Evidence) -> Floats:
     """Unnormalised log density (P,) of each hypothesis."""
@@ -104,7 +109,7 @@ def _of_reading(particles: Particles, reading: Reading, evidence: Evidence) -> F
     if reading.landmark is None:
         return value
     value += prior.log_place(particles.landmark_position, evidence.viewer) + _standing(
-        particles.landmark, particles.landmark_position, reading.landmark, evidence
+        particles.landmark, particles.landmark_position, reading.landmark, evidence.for_landmarks
     )
     value += np.where(particles.figure == particles.landmark, _impossible, 0.0)
     return value + (_competition(particles, reading, evidence) if reading.comparative else 0.0)

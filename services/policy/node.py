@@ -30,6 +30,11 @@ from services.policy.reports import decision_of, goal_of, halt, progress, status
 from services.policy.rule import load_rule
 
 
+def own_policy(run: RunConfig) -> BeliefPolicy:
+    """The policy that the robot of a run comes with."""
+    return BeliefPolicy(robot_of(run), _cost_of(run.robot))
+
+
 class PolicyNode:
     """Chooses where to go, and when to stop.
 
@@ -44,7 +49,7 @@ class PolicyNode:
     ) -> None:
         del rng
         self._spec = robot_of(run)
-        self._policy = policy or BeliefPolicy(self._spec, _cost_of(run.robot))
+        self._policy = policy or own_policy(run)
         self._errand: Errand | None = None
         self._waiting: Errand | None = None
         self._asked_ns = 0

@@ -6,7 +6,7 @@ An episode depends on its seed alone, so the results are the same for any number
 import math
 import os
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -25,6 +25,9 @@ from sim.scenes.object_relative import GOAL
 
 REACHED_M = 1.5
 """The paper's: a run succeeds if the robot stops this near the intended goal [m]."""
+
+
+PARTICLES = 100
 
 
 class Scenario(Struct, frozen=True, kw_only=True):
@@ -46,7 +49,7 @@ class Job:
     arm: Arm
     seed: int
     perception: PerceptionSettings
-    particles: int = 100
+    particles: int = PARTICLES
 
 
 class Result(Struct, frozen=True, kw_only=True):
@@ -129,7 +132,7 @@ def _finished(jobs: Sequence[Job], workers: int) -> Iterator[tuple[int, Result]]
 
 
 def jobs_of(
-    scenario: Scenario, runs: dict[Arm, int], seed: int, settings: PerceptionSettings
+    scenario: Scenario, runs: Mapping[Arm, int], seed: int, settings: PerceptionSettings
 ) -> list[Job]:
     """Seeds `seed`, `seed + 1`, ...: all arms meet the same worlds, some of them fewer."""
     return [

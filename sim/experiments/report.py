@@ -50,6 +50,30 @@ class Row(Struct, frozen=True, kw_only=True):
         return f"{self.row}, {self.metric}" + (f" ({self.unit})" if self.unit else "")
 
 
+class Comparison(Struct, frozen=True, kw_only=True):
+    """Ours beside another arm in the same worlds."""
+
+    row: str
+    metric: str
+    unit: str
+    better: Better
+    arm: str
+    worlds: int
+    """Number of worlds that both met."""
+    ours: float
+    theirs: float
+    difference: float
+    """Mean of ours less theirs, world by world."""
+    interval: Interval
+    """95 % of `difference`."""
+
+    @property
+    def verdict(self) -> str:
+        """Whether ours is better beyond chance."""
+        low, high = self.interval if self.better == "higher" else [-x for x in self.interval[::-1]]
+        return "better" if low > 0 else "worse" if high < 0 else "level"
+
+
 Failures = dict[str, dict[str, int]]
 """How often, by what was tried and by cause."""
 
@@ -72,6 +96,9 @@ class Outcome:
 
     rows: tuple[Row, ...]
     failures: Failures = field(default_factory=dict[str, dict[str, int]])
+    comparisons: tuple[Comparison, ...] = ()
+    settings: tuple[str, ...] = ()
+    """What the figures hold for, one line each."""
 
 
 class Report(Struct, frozen=True, kw_only=True):
@@ -85,6 +112,8 @@ class Report(Struct, frozen=True, kw_only=True):
     elapsed_s: float
     rows: tuple[Row, ...]
     failures: Failures
+    comparisons: tuple[Comparison, ...] = ()
+    settings: tuple[str, ...] = ()
 
 
 def wilson_interval(successes: int, trials: int) -> Interval:
@@ -158,6 +187,22 @@ def cells(row: Row) -> tuple[str, ...]:
     )
 
 
+COMPARISON_HEAD = ("in the same worlds", "ours", "other arm", "difference", "95 % interval", "")
+
+
+def comparison_cells(one: Comparison) -> tuple[str, ...]:
+    """One comparison under `COMPARISON_HEAD`, for people."""
+    unit = f" ({one.unit})" if one.unit else ""
+    return (
+        f"{one.row}, {one.metric}{unit}, {one.worlds} worlds",
+        f"{one.ours:.3g}",
+        f"{one.arm} {one.theirs:.3g}",
+        f"{one.difference:+.3g}",
+        f"{one.interval[0]:+.3g} .. {one.interval[1]:+.3g}",
+        one.verdict,
+    )
+
+
 def failure_lines(report: Report) -> list[str]:
     """Failures by cause, the commonest first."""
     return [
@@ -168,14 +213,18 @@ def failure_lines(report: Report) -> list[str]:
 
 
 def csv_text(report: Report) -> str:
-    """The rows as comma-separated values, numbers in full."""
+    """The rows as comma-separated values, numbers in full, one column for each other arm."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(("row", "metric", "unit", "paper", "ours", "low", "high", "peer", "peer value"))
+    arms = list(dict.fromkeys(name for row in report.rows for name in row.arms))
+    head = ("row", "metric", "unit", "paper", "ours", "low", "high", "peer", "peer value")
+    writer.writerow((*head, *arms))
     for row in report.rows:
         peer = (row.peer.name, row.peer.value) if row.peer else ("", "")
         paper = "" if row.paper is None else row.paper
-        writer.writerow((row.row, row.metric, row.unit, paper, row.ours, *row.interval, *peer))
+        others = [row.arms.get(name, "") for name in arms]
+        figures = (row.ours, *row.interval, *peer, *others)
+        writer.writerow((row.row, row.metric, row.unit, paper, *figures))
     return out.getvalue()
 
 

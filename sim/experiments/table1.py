@@ -1,6 +1,6 @@
 """Table 1: object-relative navigation of the Husky in worlds of hydrants and cones."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,8 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.random import Generator
 
-from sim.experiments.arms import ARMS, Arm
+from robots.husky.spec import HUSKY
+from sim.experiments.arms import BASELINES, Arm
+from sim.experiments.comparison import DISTANCE, EFFICIENCY, SUCCESS, compared
 from sim.experiments.montecarlo import (
+    PARTICLES,
     Result,
     Scenario,
     failures_of,
@@ -21,11 +24,15 @@ from sim.experiments.montecarlo import (
     success_row,
 )
 from sim.experiments.perception_model import PerceptionSettings
-from sim.experiments.report import Outcome, Report, Row, Settings
+from sim.experiments.report import Comparison, Outcome, Report, Row, Settings
+from sim.slip import SLIP_DEVIATION
 
 NULL = "go to the hydrant"
 BEHIND = "go to the hydrant behind the cone"
 NEAREST = "go to the hydrant nearest to the cone"
+
+
+_drawn: tuple[Arm, ...] = ("ours", *BASELINES)
 
 
 @dataclass(frozen=True)
@@ -65,22 +72,42 @@ ROWS = (
 def measure(settings: Settings) -> Outcome:
     """Every row with all arms; baselines run in a third of the worlds, in ten at least."""
     perception = PerceptionSettings()
-    settings.progress(perception.summary)
-    jobs = [
-        job
-        for row in ROWS
-        for job in jobs_of(row.scenario, runs_of_arms(settings.runs), settings.seed, perception)
-    ]
+    runs = runs_of(settings.runs, BASELINES)
+    jobs = [j for row in ROWS for j in jobs_of(row.scenario, runs, settings.seed, perception)]
     results = run_jobs(jobs, settings.workers, progress_lines(settings.progress))
     rng = np.random.default_rng(settings.seed)
-    rows = [made for row in ROWS for made in rows_of(row, results, rng)]
-    return Outcome(tuple(rows), failures_of(results))
+    return Outcome(
+        rows=tuple(made for row in ROWS for made in rows_of(row, results, rng)),
+        failures=failures_of(results),
+        comparisons=tuple(made for row in ROWS for made in comparisons_of(row, results, rng)),
+        settings=settings_of(runs, perception),
+    )
 
 
-def runs_of_arms(runs: int) -> dict[Arm, int]:
-    """Number of worlds for each arm."""
+def runs_of(runs: int, others: Sequence[Arm]) -> dict[Arm, int]:
+    """Number of worlds for our arm and the others."""
     fewer = min(runs, max(10, runs // 3))
-    return {arm: runs if arm == "ours" else fewer for arm in ARMS}
+    return {"ours": runs, **dict.fromkeys(others, fewer)}
+
+
+def settings_of(runs: Mapping[Arm, int], perception: PerceptionSettings) -> tuple[str, ...]:
+    """What the figures hold for, for people."""
+    counts = ", ".join(f"{arm} {count}" for arm, count in runs.items())
+    limits, odometry = HUSKY.limits, HUSKY.odometry
+    return (
+        f"worlds a row: {counts}; {PARTICLES} particles",
+        f"base: {limits.linear_speed:g} m/s, {limits.angular_speed:g} rad/s, "
+        f"slip {SLIP_DEVIATION:.0%}; odometry variance {odometry.variance_per_metre:g} a metre, "
+        f"{odometry.variance_per_radian:g} a radian",
+        perception.summary,
+    )
+
+
+def comparisons_of(row: TableRow, results: Sequence[Result], rng: Generator) -> list[Comparison]:
+    """What is asked of our arm: with a relation a better search, without one no longer a way."""
+    others: list[Arm] = [arm for arm in BASELINES if arm != "known"]
+    metrics = (SUCCESS, DISTANCE if row.scenario.text == NULL else EFFICIENCY)
+    return compared(row.scenario.name, results, others, metrics, rng)
 
 
 def rows_of(row: TableRow, results: Sequence[Result], rng: Generator) -> list[Row]:
@@ -101,7 +128,7 @@ def draw(report: Report, path: Path) -> None:
     above, below = figure.subplots(2, 1)
     _draw_metric(above, report, "success", "success [%]")
     _draw_metric(below, report, "distance", "distance, all runs [m]")
-    above.legend(fontsize=8, ncols=len(ARMS) + 1, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    above.legend(fontsize=8, ncols=4, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     title = f"Table 1, {report.runs} worlds a row, {report.git}\n{PerceptionSettings().summary}"
     figure.suptitle(title, fontsize=9)
     figure.savefig(path, dpi=150)
@@ -110,15 +137,28 @@ def draw(report: Report, path: Path) -> None:
 def _draw_metric(axes: Axes, report: Report, metric: str, label: str) -> None:
     rows = [row for row in report.rows if row.metric == metric]
     at = np.arange(len(rows))
-    width = 0.8 / len(ARMS)
-    for number, arm in enumerate(ARMS):
+    width = 0.8 / len(_drawn)
+    first = at - (len(_drawn) - 1) / 2 * width
+    for number, arm in enumerate(_drawn):
         values = [row.ours if arm == "ours" else row.arms.get(arm, np.nan) for row in rows]
-        axes.bar(at + (number - 1.5) * width, values, width, label=arm.replace("_", " "))
+        axes.bar(
+            at + (number - (len(_drawn) - 1) / 2) * width,
+            values,
+            width,
+            label=arm.replace("_", " "),
+        )
     ours = np.array([(row.ours, *row.interval) for row in rows])
     spread = np.abs(ours[:, 1:] - ours[:, :1]).T
-    axes.errorbar(at - 1.5 * width, ours[:, 0], yerr=spread, fmt="none", ecolor="k", capsize=3)
+    axes.errorbar(
+        first,
+        ours[:, 0],
+        yerr=spread,
+        fmt="none",
+        ecolor="k",
+        capsize=3,
+    )
     paper = [np.nan if row.paper is None else row.paper for row in rows]
-    axes.plot(at - 1.5 * width, paper, "k^", label="paper")
+    axes.plot(first, paper, "k^", label="paper")
     axes.set_xticks(at, [row.row.replace(", ", "\n") for row in rows], fontsize=8)
     axes.set_ylabel(label)
     axes.grid(True, axis="y", alpha=0.3)

@@ -91,6 +91,8 @@ def test_document_has_the_keys_of_the_contract() -> None:
         "elapsed_s",
         "rows",
         "failures",
+        "comparisons",
+        "settings",
     ]
     assert set(document["rows"][0]) == {
         "row",

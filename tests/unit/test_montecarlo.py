@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from schemas.task import Failure
-from sim.experiments.arms import ARMS
+from sim.experiments.arms import BASELINES
 from sim.experiments.fov import RANGES_M, RELATIONS, seen_to
 from sim.experiments.montecarlo import (
     Job,
@@ -21,7 +21,7 @@ from sim.experiments.montecarlo import (
     success_row,
 )
 from sim.experiments.perception_model import PerceptionSettings
-from sim.experiments.table1 import ROWS, rows_of, runs_of_arms
+from sim.experiments.table1 import ROWS, rows_of, runs_of
 
 SCENARIO = Scenario(
     name="behind", world="one_hydrant_one_cone", text=RELATIONS["behind"].text, view_range_m=10.0
@@ -43,10 +43,10 @@ def test_the_rows_are_those_of_the_papers_table() -> None:
 
 
 def test_all_arms_meet_the_same_worlds() -> None:
-    jobs = jobs_of(SCENARIO, runs_of_arms(60), 100, PerceptionSettings())
-    seeds = {arm: {job.seed for job in jobs if job.arm == arm} for arm in ARMS}
+    jobs = jobs_of(SCENARIO, runs_of(60, BASELINES), 100, PerceptionSettings())
+    seeds = {arm: {job.seed for job in jobs if job.arm == arm} for arm in ("ours", *BASELINES)}
     assert seeds["ours"] == set(range(100, 160))
-    assert all(seeds[arm] == set(range(100, 120)) for arm in ARMS[1:])
+    assert all(seeds[arm] == set(range(100, 120)) for arm in BASELINES)
 
 
 def test_every_run_counts_failures_included() -> None:
@@ -86,7 +86,7 @@ def test_fields_of_view_differ_in_range_alone() -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(300)
 def test_results_do_not_depend_on_the_number_of_workers() -> None:
-    jobs = [Job(SCENARIO, arm, 0, PerceptionSettings(), 20) for arm in ARMS]
+    jobs = [Job(SCENARIO, arm, 0, PerceptionSettings(), 20) for arm in ("ours", *BASELINES)]
     alone = run_jobs(jobs, 1, lambda done, total, result: None)
     assert alone == run_jobs(jobs, 2, lambda done, total, result: None)
     assert [one.arm for one in alone] == [job.arm for job in jobs]

@@ -19,10 +19,11 @@ from services.grounding.node import GroundingNode
 from services.mapping.grid import Grid
 from services.process_table import PROCESSES, Process, process_named
 from services.runtime.node import Node
-from sim.experiments.arms import ARMS, Arm, ClassAlone, MapWithoutWords, Truthful, nodes_of
+from sim.experiments.arms import ARMS, Arm, Truthful, nodes_of
 from sim.experiments.frontier_policy import FrontierPolicyNode
 from sim.experiments.perception_model import ModelledPerception, PerceptionSettings
 from sim.experiments.true_map import TrueMapNode
+from sim.experiments.without_language import ClassAlone, MapWithoutWords
 from sim.world import make_world
 
 RUN = RunConfig(
@@ -154,6 +155,12 @@ def test_an_arm_replaces_nothing_but_what_it_is_about(arm: Arm) -> None:
         "known": {"mapping", "policy"},
         "without_language": {"mapping", "grounding"},
         "frontier": {"mapping", "policy"},
+        "map_particle": {"mapping"},
+        "rate_rule": {"policy"},
+        "pomcp": {"policy"},
+        "no_confirmation": {"policy"},
+        "no_negative_evidence": {"mapping"},
+        "no_negative_landmark": {"mapping"},
     }[arm]
     assert {process.name for process in nodes} - kept == replaced
     assert process_named("navigation").name in kept
