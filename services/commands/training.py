@@ -150,6 +150,8 @@ def _policy(
 
         def progress(doing: str, share: float) -> None:
             bar.update(task, description=doing, completed=share)
+            if share == 1.0:
+                bar.console.print(doing)
 
         return train_policy(settings, progress)
 

@@ -59,6 +59,14 @@ class Score(Struct, frozen=True, kw_only=True):
     distance_by_row: dict[str, float]
 
     @property
+    def summary(self) -> str:
+        """One line for people."""
+        return (
+            f"as the expert {self.agreement:.0%}, success {self.success:.0%}, "
+            f"distance {self.distance_m:.1f} m"
+        )
+
+    @property
     def merit(self) -> float:
         """By which the best round is chosen."""
         return self.success - self.distance_m / _metres_per_success
@@ -126,6 +134,7 @@ class _Training:
         score = self._validate(f"round {number}", learned, number, len(self._decisions))
         agreement, loss = learned.score(self._decisions)
         self._weights.append(self._struct(learned, number, len(self._decisions), score))
+        self._progress(f"round {number}: {score.summary}", 1.0)
         self._rounds.append(
             Round(
                 number=number,
