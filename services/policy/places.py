@@ -26,6 +26,8 @@ _spread = 2.5
 _short_of = 1.5
 """A frontier is looked at from a place this far before it [m]."""
 _least_area = 0.08
+_least_opening = 0.5
+"""Length of the edge of the measured ground below which nobody goes there [m]."""
 _looked = 0.5
 """Probability of having missed an object, below which a block counts as looked at."""
 
@@ -84,6 +86,37 @@ def frontiers(terrain: Terrain, map_from_base: Pose2, viewer: Pose2) -> Candidat
     length = np.maximum(np.hypot(*toward.T), 1e-9)[:, None]
     positions = here + toward * np.maximum(1 - _short_of / length, 0.0)
     return looking(Kind.FRONTIER, chosen, positions)
+
+
+def openings(terrain: Terrain, map_from_base: Pose2, radius: float) -> Candidates:
+    """Spread places at the edge of the measured ground, the nearest first.
+
+    Only ground counts on which a base of `radius` [m] may stand: what is unknown along a wall is
+    thinner.
+    """
+    here = np.array([map_from_base.x, map_from_base.y])
+    open_ground = terrain.clearance >= radius
+    known = terrain.known & open_ground
+    unknown = ~terrain.known & open_ground
+    edge = known & np.asarray(ndimage.binary_dilation(unknown, np.ones((3, 3))), bool)
+    labels = np.zeros(edge.shape, np.int32)
+    count = ndimage.label(edge, structure=np.ones((3, 3)), output=labels)
+    assert isinstance(count, int)
+    sizes = np.bincount(labels.ravel(), minlength=count + 1) * terrain.resolution
+    centers = terrain.centers(*np.nonzero(edge & (sizes[labels] >= _least_opening)))
+    beyond = terrain.centers(*np.nonzero(unknown))
+    distance = np.hypot(*(centers - here).T)
+    chosen = _spread_out(centers[np.argsort(distance, kind="stable")])
+    return looking(Kind.FRONTIER, chosen + _outwards(chosen, beyond), chosen)
+
+
+def _outwards(edge: Floats, beyond: Floats) -> Floats:
+    """Steps (N, 2) from the edge (N, 2) towards the middle of the points (B, 2) near to it."""
+    offset = beyond[None] - edge[:, None]
+    near = np.hypot(offset[..., 0], offset[..., 1]) < _spread
+    mean = (offset * near[..., None]).sum(axis=1) / np.maximum(near.sum(axis=1), 1)[:, None]
+    length = np.maximum(np.hypot(*mean.T), 1e-6)[:, None]
+    return _short_of * mean / length
 
 
 def _spread_out(centers: Floats) -> Floats:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -18,6 +19,11 @@ _hides_from = 1.2
 """Obstacles at least this wide hide what is behind them; the camera looks over the others [m]."""
 _unlooked_above = 0.75
 """Probability of having missed an object here, above which nobody has really looked."""
+_known_share = 0.5
+"""Share of a block's cells that was measured, from which on the block is known."""
+_share_of_radius = 0.67
+_strip = 3.0
+"""Unknown ground that is kept around what is known [m]."""
 _ray_step = 0.4
 _ray_margin = 0.6
 """A ray ends this far before its target, which may be an obstacle itself [m]."""
@@ -41,6 +47,8 @@ class Terrain:
     """(Y, X) Probability that an object here would have been missed so far."""
     unlooked: Floats
     """(Y, X) Free ground that nobody has looked at [m^2]."""
+    known: Flags
+    """(Y, X) Ground that the range finder measured."""
 
     def blocks(self, points: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp], Flags]:
         """Rows and columns of points (..., 2), clipped, and whether they are on the map."""
@@ -78,9 +86,31 @@ class Terrain:
         return ~hidden
 
 
-def terrain_of(grid: OccupancyGrid) -> Terrain:
-    """Blocks of a grid, which keeps its own cells if they are not finer."""
-    step = max(1, round(block_size / grid.resolution))
+def block_for(radius: float) -> float:
+    """Blocks [m] in which ways for a base of `radius` [m] can be found: doors need finer ones."""
+    return min(block_size, _share_of_radius * radius)
+
+
+def measured_part(grid: OccupancyGrid) -> OccupancyGrid:
+    """The grid without the rim that no sensor reached, but for a narrow strip of it."""
+    rows, columns = np.nonzero((grid.occupancy != 0) | (grid.looked != 0))
+    if not len(rows):
+        return grid
+    strip = round(_strip / grid.resolution)
+    top, left = max(int(rows.min()) - strip, 0), max(int(columns.min()) - strip, 0)
+    window = (slice(top, int(rows.max()) + strip), slice(left, int(columns.max()) + strip))
+    corner = (left * grid.resolution, top * grid.resolution)
+    return msgspec.structs.replace(
+        grid,
+        origin=(grid.origin[0] + corner[0], grid.origin[1] + corner[1]),
+        occupancy=grid.occupancy[window],
+        looked=grid.looked[window],
+    )
+
+
+def terrain_of(grid: OccupancyGrid, block: float = block_size) -> Terrain:
+    """Blocks [m] of a grid, which keeps its own cells if they are not finer."""
+    step = max(1, round(block / grid.resolution))
     resolution = step * grid.resolution
     occupancy = _in_blocks(grid.occupancy, step)
     looked = _in_blocks(grid.looked, step)
@@ -95,6 +125,7 @@ def terrain_of(grid: OccupancyGrid) -> Terrain:
         hides=_wide_parts(occupied, resolution),
         missed=missed,
         unlooked=free_share * (missed > _unlooked_above) * ~occupied * resolution**2,
+        known=(occupancy != 0).mean(axis=(1, 3)) >= _known_share,
     )
 
 
