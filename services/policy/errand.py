@@ -66,6 +66,12 @@ class Errand:
         best = self.meaning.behaviors[:1] if self.meaning else ()
         return best[0].mode if best else "unknown"
 
+    @property
+    def wanted(self) -> str:
+        """Class of what is looked for, "" while that is not known."""
+        best = self.meaning.behaviors[:1] if self.meaning else ()
+        return best[0].object if best else ""
+
     def revise(self, annotations: Annotations) -> bool:
         """Take up what the instruction means now; True if that is something else than before."""
         before, self.meaning = self.meaning, annotations
@@ -87,6 +93,7 @@ class Errand:
             tried=np.array(self.tried).reshape(-1, 3),
             current=self.pace.following if self.pace and under_way else None,
             searching_s=self.searching_s(stamp_ns),
+            wanted=self.wanted,
             words=words_of(self.meaning.behaviors if self.meaning else ()),
         )
 

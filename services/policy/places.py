@@ -26,6 +26,8 @@ _spread = 2.5
 _short_of = 1.5
 """A frontier is looked at from a place this far before it [m]."""
 _least_area = 0.08
+_middle = 1.5
+"""Ground this near to the middle of a place will do for being there [m]."""
 _least_opening = 0.5
 """Length of the edge of the measured ground below which nobody goes there [m]."""
 _looked = 0.5
@@ -61,6 +63,21 @@ def approaches(center: Floats, radius: float, object_id: int, map_from_base: Pos
     return looking(Kind.OBSERVED, target, positions, object_id)
 
 
+def inside(
+    center: Floats, object_id: int, terrain: Terrain, radius: float, map_from_base: Pose2
+) -> Candidates:
+    """The free place nearest to the middle of a seen place (2,), for a base of `radius` [m]."""
+    here = np.array([map_from_base.x, map_from_base.y])
+    open_ground = terrain.centers(*np.nonzero(terrain.known & (terrain.clearance >= radius)))
+    spots = np.concatenate([open_ground, center[None]])
+    # The middle itself comes last: it counts where nothing around it is known to be free.
+    gaps = np.hypot(*(spots - center).T)
+    best = int(np.argmin(gaps[:-1])) if len(open_ground) and gaps[:-1].min() < _middle else -1
+    spot = center if best >= 0 and gaps[best] < terrain.resolution else spots[best]
+    beyond = spot + (spot - here)
+    return looking(Kind.OBSERVED, beyond[None], spot[None], object_id)
+
+
 def turns(map_from_base: Pose2) -> Candidates:
     """To look around from where the robot stands."""
     yaw = map_from_base.yaw + _turns[1:]
@@ -88,11 +105,13 @@ def frontiers(terrain: Terrain, map_from_base: Pose2, viewer: Pose2) -> Candidat
     return looking(Kind.FRONTIER, chosen, positions)
 
 
-def openings(terrain: Terrain, map_from_base: Pose2, radius: float) -> Candidates:
+def openings(
+    terrain: Terrain, map_from_base: Pose2, radius: float, turning_radius: float
+) -> Candidates:
     """Spread places at the edge of the measured ground, the nearest first.
 
     Only ground counts on which a base of `radius` [m] may stand: what is unknown along a wall is
-    thinner.
+    thinner. The base goes no farther than where it can still turn round, if that is near.
     """
     here = np.array([map_from_base.x, map_from_base.y])
     open_ground = terrain.clearance >= radius
@@ -107,7 +126,19 @@ def openings(terrain: Terrain, map_from_base: Pose2, radius: float) -> Candidate
     beyond = terrain.centers(*np.nonzero(unknown))
     distance = np.hypot(*(centers - here).T)
     chosen = _spread_out(centers[np.argsort(distance, kind="stable")])
-    return looking(Kind.FRONTIER, chosen + _outwards(chosen, beyond), chosen)
+    wide = terrain.centers(*np.nonzero(terrain.known & (terrain.clearance >= turning_radius)))
+    positions = _nearest_of(chosen, wide, _short_of)
+    return looking(Kind.FRONTIER, chosen + _outwards(chosen, beyond), positions)
+
+
+def _nearest_of(points: Floats, places: Floats, within: float) -> Floats:
+    """For each of the points (N, 2) the nearest of the places (P, 2), or itself if none is near."""
+    if not len(places):
+        return points
+    gaps = np.hypot(*(places[None] - points[:, None]).transpose(2, 0, 1))
+    nearest = np.argmin(gaps, axis=1)
+    near = gaps[np.arange(len(points)), nearest] < within
+    return np.where(near[:, None], places[nearest], points)
 
 
 def _outwards(edge: Floats, beyond: Floats) -> Floats:

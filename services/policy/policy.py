@@ -14,7 +14,7 @@ from services.policy.belief_features import Situation, belief_features
 from services.policy.candidates import Candidates, Kind
 from services.policy.cost import Circumstances, Cost, Words
 from services.policy.referents import Referents, best_found, mass_of, seen_figures
-from services.policy.terrain import terrain_of
+from services.policy.terrain import Terrain, terrain_for
 from services.policy.travel import travel_from
 from services.policy.view import FieldOfView
 
@@ -24,7 +24,11 @@ _smallest_turn = np.radians(20.0)
 _refused_within = 0.7
 _standing_slack = 0.25
 """Farther from the stand-off than this is not at the thing [m]."""
+_in_the_middle = 0.5
+"""This near to the free middle of a place one is there [m]."""
 _footprint_margin = 0.05
+_turning_margin = 0.15
+"""Of the footprint's circle where the base is to turn on the spot [m]."""
 _ways_to_a_thing = 3
 """Approaches kept for each seen thing, the nearest of those that can be reached."""
 
@@ -43,6 +47,8 @@ class Memory:
     """How long the search has taken [s]."""
     words: Words = "any"
     """What kind of landmark the instruction names."""
+    wanted: str = ""
+    """Class of the figure, "" where it is not known."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +104,8 @@ class BeliefPolicy:
 
     def __init__(self, spec: RobotSpec, cost: Cost) -> None:
         self.cost = cost
+        self._locations = spec.symbols.locations
+        self._turning_radius = spec.base.radius + _turning_margin
         self._radius = spec.base.passage_radius + _footprint_margin
         self._view = FieldOfView.of(spec.camera)
 
@@ -123,13 +131,13 @@ class BeliefPolicy:
     ) -> Proposal:
         """The action set and its features."""
         situation = self._situation(grid, map_from_base, memory)
-        proposed = self._proposed(belief, referents, situation, map_from_base)
+        proposed = self._proposed(belief, referents, situation, map_from_base, memory.wanted)
         proposed = proposed.take(_worthwhile(proposed, situation, memory))
         stop = candidates_of.stop_at(map_from_base, best_found(referents))
         following = _still_reachable(memory.current, situation)
         candidates = candidates_of.joined([stop, *following, proposed])
         here = np.zeros(len(candidates))
-        here[0] = _stands_at(belief, int(stop.object_id[0]), map_from_base)
+        here[0] = self._stands_at(belief, int(stop.object_id[0]), situation, map_from_base)
         features = belief_features(situation, candidates, here, referents, self.cost.moments)
         return Proposal(candidates, features, bool(following), float(here[0]))
 
@@ -155,7 +163,7 @@ class BeliefPolicy:
         return best if mass_of(referents, best) >= self.cost.gate(searching_s) else None
 
     def _situation(self, grid: OccupancyGrid, pose: Pose2, memory: Memory) -> Situation:
-        terrain = terrain_of(grid)
+        terrain = terrain_for(grid, self._radius)
         start = np.array([pose.x, pose.y])
         travel = travel_from(terrain, start, self._radius)
         return Situation(
@@ -163,17 +171,51 @@ class BeliefPolicy:
         )
 
     def _proposed(
-        self, belief: MapBelief, referents: Referents, situation: Situation, pose: Pose2
+        self,
+        belief: MapBelief,
+        referents: Referents,
+        situation: Situation,
+        pose: Pose2,
+        wanted: str,
     ) -> Candidates:
-        parts = [places.frontiers(situation.terrain, pose, belief.viewer)]
+        parts = [self._unseen(situation.terrain, belief, pose, wanted)]
         if self._view.half_angle < np.pi:
             parts.append(places.turns(pose))
         parts += places.views_of(places.hypotheses(referents), pose, self._view.range_max)
-        for object_id in seen_figures(referents):
-            row = _row_of(belief, object_id)
-            ways = places.approaches(belief.position[row], _radius_of(belief, row), object_id, pose)
-            parts.append(_nearest_ways(ways, situation, self._radius))
+        parts += [self._ways_to(belief, one, situation, pose) for one in seen_figures(referents)]
         return candidates_of.joined(parts)
+
+    def _unseen(self, terrain: Terrain, belief: MapBelief, pose: Pose2, wanted: str) -> Candidates:
+        """Where to go for things nobody saw: a place lies beyond the measured ground."""
+        if wanted in self._locations:
+            return places.openings(terrain, pose, self._radius, self._turning_radius)
+        return places.frontiers(terrain, pose, belief.viewer)
+
+    def _ways_to(
+        self, belief: MapBelief, object_id: int, situation: Situation, pose: Pose2
+    ) -> Candidates:
+        """Into a place, or up to a thing."""
+        row = _row_of(belief, object_id)
+        center = belief.position[row]
+        if self._is_place(belief, row):
+            return places.inside(center, object_id, situation.terrain, self._radius, pose)
+        ways = places.approaches(center, _radius_of(belief, row), object_id, pose)
+        return _nearest_ways(ways, situation, self._radius)
+
+    def _is_place(self, belief: MapBelief, row: int) -> bool:
+        return belief.classes[belief.class_index[row]] in self._locations
+
+    def _stands_at(
+        self, belief: MapBelief, object_id: int, situation: Situation, pose: Pose2
+    ) -> bool:
+        if object_id < 0:
+            return False
+        row = _row_of(belief, object_id)
+        if self._is_place(belief, row):
+            spot = self._ways_to(belief, object_id, situation, pose).pose[0]
+            return float(np.hypot(*(spot[:2] - (pose.x, pose.y)))) <= _in_the_middle
+        distance = float(np.hypot(*(belief.position[row] - (pose.x, pose.y))))
+        return distance - _radius_of(belief, row) <= places.stand_off + _standing_slack
 
 
 def _row_of(belief: MapBelief, object_id: int) -> int:
@@ -183,14 +225,6 @@ def _row_of(belief: MapBelief, object_id: int) -> int:
 def _radius_of(belief: MapBelief, row: int) -> float:
     """Of the circle that a seen thing fills, about [m]."""
     return 0.25 * float(belief.extent[row, 0] + belief.extent[row, 1])
-
-
-def _stands_at(belief: MapBelief, object_id: int, pose: Pose2) -> bool:
-    if object_id < 0:
-        return False
-    row = _row_of(belief, object_id)
-    distance = float(np.hypot(*(belief.position[row] - (pose.x, pose.y))))
-    return distance - _radius_of(belief, row) <= places.stand_off + _standing_slack
 
 
 def _nearest_ways(ways: Candidates, situation: Situation, radius: float) -> Candidates:

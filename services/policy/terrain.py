@@ -86,12 +86,17 @@ class Terrain:
         return ~hidden
 
 
-def block_for(radius: float) -> float:
-    """Blocks [m] in which ways for a base of `radius` [m] can be found: doors need finer ones."""
-    return min(block_size, _share_of_radius * radius)
+def terrain_for(grid: OccupancyGrid, radius: float) -> Terrain:
+    """Terrain in which ways for a base of `radius` [m] can be found.
+
+    A narrow base gets through doors that coarse blocks would close. Fine blocks are many, so the
+    rim of the grid that no sensor reached is left out.
+    """
+    block = min(block_size, _share_of_radius * radius)
+    return terrain_of(grid) if block == block_size else terrain_of(_measured_part(grid), block)
 
 
-def measured_part(grid: OccupancyGrid) -> OccupancyGrid:
+def _measured_part(grid: OccupancyGrid) -> OccupancyGrid:
     """The grid without the rim that no sensor reached, but for a narrow strip of it."""
     rows, columns = np.nonzero((grid.occupancy != 0) | (grid.looked != 0))
     if not len(rows):

@@ -15,7 +15,8 @@ from schemas.task import Failure, Goal, GoalStatus, InstructionStatus, TaskState
 from schemas.topics import Handlers, Output
 from services.policy import places
 from services.policy.candidates import Candidates
-from services.policy.terrain import terrain_of
+from services.policy.terrain import terrain_for, terrain_of
+from services.policy.travel import travel_from
 
 TIME_LIMIT_S = 300.0
 _seen_above = 0.5
@@ -23,6 +24,8 @@ _refused_within = 0.7
 _tolerance = 0.15
 _speed_share = 0.8
 _patience_s = 20.0
+_footprint_margin, _turning_margin = 0.05, 0.15
+"""As the policy's [m]."""
 
 
 class FrontierPolicyNode:
@@ -30,6 +33,8 @@ class FrontierPolicyNode:
 
     def __init__(self, spec: RobotSpec) -> None:
         self._spec = spec
+        self._turning_radius = spec.base.radius + _turning_margin
+        self._radius = spec.base.passage_radius + _footprint_margin
         self._heard: Annotations | None = None
         self._grid: OccupancyGrid | None = None
         self._map_from_odom: Pose2 | None = None
@@ -113,10 +118,29 @@ class FrontierPolicyNode:
     ) -> Candidates:
         self._approached = thing
         if thing >= 0:
-            row = int(np.flatnonzero(belief.node == thing)[0])
+            row = int(np.flatnonzero(belief.seen & (belief.node == thing))[0])
+            if self._is_place:
+                terrain = terrain_for(grid, self._radius)
+                middle = belief.position[row]
+                return places.inside(middle, thing, terrain, self._radius, pose)
             radius = 0.25 * float(belief.extent[row, 0] + belief.extent[row, 1])
             return self._possible(places.approaches(belief.position[row], radius, thing, pose))
+        if self._is_place:
+            terrain = terrain_for(grid, self._radius)
+            ways = travel_from(terrain, np.array([pose.x, pose.y]), self._radius)
+            ahead = self._possible(
+                places.openings(terrain, pose, self._radius, self._turning_radius)
+            )
+            # The nearest by the way there, not through the wall.
+            order = np.argsort(ways.to(ahead.pose[:, :2]), kind="stable")
+            return ahead.take(order.astype(np.int32))
         return self._possible(places.frontiers(terrain_of(grid), pose, self._viewer))
+
+    @property
+    def _is_place(self) -> bool:
+        """Whether a place is looked for, not a thing."""
+        assert self._heard is not None
+        return self._heard.behaviors[0].object in self._spec.symbols.locations
 
     def _possible(self, candidates: Candidates) -> Candidates:
         if not self._refused or not len(candidates):
