@@ -32,7 +32,8 @@ _promises = {"see_either": 1.0, "reach": 1.0, "new_area": 0.03}
 """What makes a move worth doing, by feature, and how much of it."""
 _least_promise = 0.005
 _dearer = 10.0
-"""What a stop costs more than the dearest move where it is not allowed."""
+"""What a candidate that is not worth doing costs more than the dearest, so that it is chosen only
+where there is nothing else."""
 
 ByFeature = Mapping[str, tuple[float, ...]]
 """K numbers for each feature."""
@@ -117,10 +118,11 @@ class LinearCost:
         costs[1 : 1 + circumstances.following] -= self.settings.patience
         found = _first(features, "reach_found")
         may_stop = (_first(features, "here") > 0) & (found >= self.settings.stop_above)
-        costs = np.where(is_stop & ~may_stop, costs.max() + _dearer, costs)
         promise = sum(share * _first(features, name) for name, share in _promises.items())
         gains = np.clip(np.where(is_stop, found, promise), 0.0, 1.0)
-        return Judgement(costs, gains, np.where(is_stop, may_stop, gains >= _least_promise))
+        worthwhile: Flags = np.where(is_stop, may_stop, gains >= _least_promise)
+        dearest = costs.max() + _dearer
+        return Judgement(np.where(worthwhile, costs, dearest + is_stop), gains, worthwhile)
 
     def costs(self, features: Floats, words: Words) -> Floats:
         """W^T F (C,) of features (C, K or more, D), before what is not learned."""

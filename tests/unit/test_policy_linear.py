@@ -105,7 +105,9 @@ def test_a_stop_needs_something_to_declare_and_the_posterior_it_is_bound_to(
 def test_a_move_that_shows_nothing_is_not_worthwhile():
     features = features_of()
     features[2] = 0
-    assert not cost_of(weights_of()).judge(features, NOW).worthwhile[2]
+    judged = cost_of(weights_of()).judge(features, NOW)
+    assert not judged.worthwhile[2]
+    assert judged.costs[2] > judged.costs[np.array([1, 3, 4, 5])].max()
 
 
 def test_files_are_read_as_they_were_written(tmp_path):

@@ -6,7 +6,7 @@ import pytest
 from schemas.errors import UserError
 from services.policy.belief_features import names
 from services.policy.linear import Provenance, cost_of, load_linear, save_linear
-from services.policy.training.collect import MOST_MOMENTS, Decision, collect, rollouts_of
+from services.policy.training.collect import MOST_MOMENTS, Decision, collect, rollouts_of, workforce
 from services.policy.training.dagger import TrainSettings
 from services.policy.training.train import train_policy
 from services.policy.training.weigh import learn, standard_of, states_of
@@ -89,8 +89,9 @@ def test_settings_out_of_range_are_refused(wrong, tmp_path):
 def test_episodes_are_the_same_for_any_number_of_workers():
     chosen = practices(TRAINING_SEEDS, 1)[4:6]
     rollouts = rollouts_of(chosen, "husky", "detection_rate", None, 0.5)
-    alone = collect(rollouts, 1, lambda done, of: None)
-    together = collect(rollouts, 2, lambda done, of: None)
+    alone = collect(rollouts, None, lambda done, of: None)
+    with workforce(2) as workers:
+        together = collect(rollouts, workers, lambda done, of: None)
     for one, other in zip(alone, together, strict=True):
         assert (one.success, one.distance_m) == (other.success, other.distance_m)
         assert [d.label for d in one.decisions] == [d.label for d in other.decisions]

@@ -6,7 +6,8 @@ probability beta does what he says.
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from multiprocessing import get_context
 
@@ -84,8 +85,22 @@ Progress = Callable[[int, int], None]
 """Called with (done, of) after every episode."""
 
 
-def collect(rollouts: Sequence[Rollout], workers: int, progress: Progress) -> list[Episodic]:
-    """All episodes, in the order of the rollouts, whatever the number of workers."""
+def workforce(count: int) -> AbstractContextManager[Executor | None]:
+    """Processes that run episodes; none of its own where one is enough.
+
+    They are kept for a whole training, as each takes seconds to begin.
+    """
+    if count == 1:
+        return nullcontext(None)
+    # Workers inherit the environment: several threads for matrices this small only cost time.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    return ProcessPoolExecutor(count, mp_context=get_context("spawn"))
+
+
+def collect(
+    rollouts: Sequence[Rollout], workers: Executor | None, progress: Progress
+) -> list[Episodic]:
+    """All episodes, in the order of the rollouts, whoever runs them."""
     found: dict[int, Episodic] = {}
     for number, episode in _finished(rollouts, workers):
         found[number] = episode
@@ -93,16 +108,15 @@ def collect(rollouts: Sequence[Rollout], workers: int, progress: Progress) -> li
     return [found[number] for number in range(len(rollouts))]
 
 
-def _finished(rollouts: Sequence[Rollout], workers: int) -> Iterator[tuple[int, Episodic]]:
-    if workers == 1:
+def _finished(
+    rollouts: Sequence[Rollout], workers: Executor | None
+) -> Iterator[tuple[int, Episodic]]:
+    if workers is None:
         yield from ((number, run_rollout(one)) for number, one in enumerate(rollouts))
         return
-    # Workers inherit the environment: several threads for matrices this small only cost time.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        numbers = {pool.submit(run_rollout, one): number for number, one in enumerate(rollouts)}
-        for done in as_completed(numbers):
-            yield numbers[done], done.result()
+    numbers = {workers.submit(run_rollout, one): number for number, one in enumerate(rollouts)}
+    for done in as_completed(numbers):
+        yield numbers[done], done.result()
 
 
 def run_rollout(rollout: Rollout) -> Episodic:

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from services.policy.training.collect import (
     Episodic,
     collect,
     rollouts_of,
+    workforce,
 )
 from services.policy.training.weigh import Learned, learn
 from services.policy.training.worlds import TRAINING_SEEDS, VALIDATION_SEEDS, practices
@@ -104,12 +106,15 @@ class Trained:
 
 def train(settings: TrainSettings, progress: Progress) -> Trained:
     """All rounds; returns the weights of the best one on the validation worlds, not the last."""
-    return _Training(settings, progress).run()
+    with workforce(settings.workers) as workers:
+        return _Training(settings, workers, progress).run()
 
 
 class _Training:
-    def __init__(self, settings: TrainSettings, progress: Progress) -> None:
-        self._settings, self._progress = settings, progress
+    def __init__(
+        self, settings: TrainSettings, workers: Executor | None, progress: Progress
+    ) -> None:
+        self._settings, self._workers, self._progress = settings, workers, progress
         self._decisions: list[Decision] = []
         self._rounds: list[Round] = []
         self._weights: list[LinearWeights] = []
@@ -152,7 +157,7 @@ class _Training:
         chosen = practices(first, settings.episodes, number * settings.episodes)
         weights = self._weights[-1] if self._weights else None
         rollouts = rollouts_of(chosen, settings.robot, settings.expert, weights, beta)
-        episodes = collect(rollouts, settings.workers, self._sharing(f"round {number}: acting"))
+        episodes = collect(rollouts, self._workers, self._sharing(f"round {number}: acting"))
         self._decisions += [one for episode in episodes for one in episode.decisions]
 
     def _learn(self, what: str, decisions: Sequence[Decision], moments: int) -> Learned:
@@ -170,7 +175,7 @@ class _Training:
         weights = self._struct(learned, number, decisions, None)
         rollouts = rollouts_of(chosen, settings.robot, settings.expert, weights, 0.0)
         tell = self._sharing(f"{what}: validating")
-        return score_of(learned, collect(rollouts, settings.workers, tell))
+        return score_of(learned, collect(rollouts, self._workers, tell))
 
     def _compared(self, best: int) -> list[Compared]:
         """The data of the best round with other numbers of moments."""
