@@ -1,51 +1,77 @@
 """Algorithm 1 of the paper: the distribution over maps, as a Rao-Blackwellised particle filter.
 
-Particles differ in what language makes them differ in: which things the utterance means, and where
-those lie that nobody saw yet. What the sensors decide alone, trajectory and seen objects, is one
-Gaussian shared by all of them. That is exact: a hypothesised leaf sends no information back.
+Particles differ in how they divide places in regions, and in what language makes them differ in:
+which things the utterance means, and where those lie that nobody saw yet. What the sensors decide
+alone, trajectory and seen objects, is one Gaussian shared by all of them. That is exact: a
+hypothesised leaf sends no information back, and an edge between regions is no metric constraint.
 """
 
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robots.spec import CameraSpec
-from schemas.arrays import Floats
+from robots.symbols import SymbolSpace
+from schemas.arrays import Floats, Ints
 from schemas.geometry import Pose2
-from schemas.perception import Detections
+from schemas.perception import Detections, SceneObservation
 from schemas.sensing import LaserScan
 from services.mapping import visibility
+from services.mapping.allocation import at_first, propagate
 from services.mapping.annotations import Reading
 from services.mapping.backbone import Backbone
 from services.mapping.faults import FaultLog
 from services.mapping.grid import Grid
 from services.mapping.object_map import ObjectMap
+from services.mapping.objects import stacked
 from services.mapping.odometer import OdometryNoise
 from services.mapping.particles import Particles, empty_particles, joined
+from services.mapping.places import Places
 from services.mapping.proposal import fresh_particles
 from services.mapping.sensing import Picture, read_picture
 from services.mapping.target import Evidence, log_target, placed
+from services.mapping.topology import Partition
+
+_negligible = -12.0
+"""Log share of the posterior below which nothing is drawn for a division of the places."""
+
+
+@dataclass(frozen=True)
+class _Case:
+    """What is judged alike: the topologies that divide the places in one way."""
+
+    topologies: Ints
+    """Indices of them."""
+    log_weight: float
+    """Of all of them by sensors alone, up to a constant."""
+    appearance: float
+    """The part of it that is the likelihood of the looks at regions."""
+    evidence: Evidence
 
 
 class SemanticFilter:
     """The belief over semantic graphs S = {G, X, L} (Eq. semantic-map-distribution).
 
     Args:
-        classes: vocabulary of object classes.
+        symbols: what the robot's language ranges over.
         camera: how far it is trusted.
         count: number of particles.
         rng: the only source of randomness.
     """
 
     def __init__(
-        self, classes: tuple[str, ...], camera: CameraSpec, count: int, rng: np.random.Generator
+        self, symbols: SymbolSpace, camera: CameraSpec, count: int, rng: np.random.Generator
     ) -> None:
         origin = Pose2(0.0, 0.0, 0.0)
-        self.classes = classes
+        self.classes = symbols.object_classes + symbols.locations
         self.faults = FaultLog("mapping")
         self.backbone = Backbone(origin, origin, np.zeros((0, 3)))
-        self.objects = ObjectMap(len(classes))
+        self.objects = ObjectMap(len(self.classes))
         self.grid = Grid((0.0, 0.0))
+        # Regions would say nothing to a robot whose language has no places: it keeps none.
+        self.places = Places(symbols) if symbols.locations else None
+        self.topologies = at_first
         self.viewer = origin
         self.readings: tuple[Reading, ...] = ()
         self.particles: Particles = empty_particles(count)
@@ -54,6 +80,7 @@ class SemanticFilter:
         self._count = count
         self._stale = False
         self._rng = rng
+        self._allocate(origin)
 
     def observe(self, detections: Detections) -> None:
         """One step of Algorithm 1 with what a picture shows, and with what it does not show."""
@@ -64,6 +91,16 @@ class SemanticFilter:
         impossible = self._weigh()
         self._resample(redraw=appeared or vanished or impossible)
 
+    def glance(self, scene: SceneObservation) -> None:
+        """One step of Algorithm 1 with what a picture says about kinds of places."""
+        if self.places is None:
+            return
+        if self.places.see(scene, self.backbone.locate(scene.odom_from_base)):
+            self._extend(scene.odom_from_base)
+        appeared = self.places.survey(self.grid) if self.places.outdated else False
+        impossible = self._weigh()
+        self._resample(redraw=appeared or impossible)
+
     def hear(self, readings: tuple[Reading, ...], odom_from_base: Pose2) -> None:
         """Take an utterance as evidence: every particle samples what it means, and where it is."""
         self.readings = readings
@@ -73,8 +110,14 @@ class SemanticFilter:
     def recall(self, readings: tuple[Reading, ...]) -> None:
         """Take back the readings of an utterance whose hypotheses were restored."""
         self.readings = readings
-        self.particles = _with_readings(self.particles, self.evidence)
-        self._log_target = log_target(self.particles, self.evidence)
+        fits = [
+            self._target_of(replace(self.particles, reading=np.full(self._count, number, np.int32)))
+            for number in range(len(readings))
+        ]
+        # Readings are not published: each particle gets the one that explains it best.
+        best = np.argmax(np.array(fits), axis=0).astype(np.int32)
+        self.particles = replace(self.particles, reading=best)
+        self._log_target = self._target_of(self.particles)
 
     def move(self, odom_from_base: Pose2, noise: OdometryNoise) -> None:
         """Follow dead reckoning."""
@@ -82,18 +125,35 @@ class SemanticFilter:
         if self.backbone.due(odom_from_base):
             self._extend(odom_from_base)
 
+    def resume(self, backbone: Backbone, particles: Particles, odom_from_base: Pose2) -> None:
+        """Go on with what an earlier life of the process left."""
+        self.backbone, self.particles = backbone, particles
+        self._allocate(odom_from_base)
+
     def jump(self, before: Pose2, after: Pose2) -> None:
         """Dead reckoning broke off at `before` and began again at `after`."""
-        self._settle(self.backbone.jump(before, after))
+        if self.places is not None:
+            self.places.forget_scan()
+        self._settle(self.backbone.jump(before, after), after)
 
     def scan(self, scan: LaserScan) -> None:
         """Enter a scan into the grid."""
         self.grid.insert(scan, self.backbone.locate(scan.odom_from_base))
+        if self.places is not None:
+            self.places.scan(scan)
 
     @property
     def evidence(self) -> Evidence:
-        """What all hypotheses are judged by."""
-        return Evidence(self.classes, self.objects.columns, self.grid, self.viewer, self.readings)
+        """What all hypotheses are judged by, without the regions of their topologies."""
+        return Evidence(
+            classes=self.classes,
+            objects=self.objects.columns,
+            grid=self.grid,
+            viewer=self.viewer,
+            readings=self.readings,
+            locations=len(self.places.locations) if self.places else 0,
+            layout=self.places.layout if self.places else None,
+        )
 
     def _propagate(self, detections: Detections) -> Picture:
         """The picture at the pose that dead reckoning predicts."""
@@ -123,15 +183,34 @@ class SemanticFilter:
             self._extend(odom_from_base)
 
     def _extend(self, odom_from_base: Pose2) -> None:
-        self._settle(self.backbone.extend(odom_from_base))
+        self._settle(self.backbone.extend(odom_from_base), odom_from_base)
 
-    def _settle(self, solved: bool) -> None:
+    def _settle(self, solved: bool, odom_from_base: Pose2) -> None:
         """Take over what the pose graph says now."""
         if not solved:
             self.faults.note("refused by the solver", self.backbone.refusal)
             return
         self.objects.moved(self.backbone.objects)
         self._stale = True
+        self._allocate(odom_from_base)
+
+    def _allocate(self, odom_from_base: Pose2) -> None:
+        """Step 1 of Algorithm 1: sample regions, their edges, and what merges."""
+        if self.places is None:
+            return
+        poses = self.backbone.trajectory
+        for count in range(len(self.places.atlas) + 1, len(poses) + 1):
+            variance = self.backbone.uncertainty.position_variance
+            self.places.extend(poses[:count], variance, odom_from_base, self.grid)
+            if count == 1:
+                continue  # Where the robot starts is one region in all hypotheses.
+            # Each particle decides for itself, and of all of them the right share does.
+            uniforms = (self._rng.permutation(self._count) + self._rng.random()) / self._count
+            self.topologies, owner = propagate(
+                self.topologies, self.particles.topology, uniforms, self.places.atlas
+            )
+            self.particles = replace(self.particles, topology=owner)
+        self.places.survey(self.grid)
 
     def _look(self, detections: Detections, picture: Picture) -> bool:
         """Negative evidence, for places and for known things; True if one of these is gone."""
@@ -144,10 +223,10 @@ class SemanticFilter:
 
         True if no hypothesis is possible any more.
         """
-        if not self.readings:
+        if not self.readings and self.places is None:
             return False
-        self.particles = placed(self.particles, self.objects.columns)
-        now = log_target(self.particles, self.evidence)
+        self.particles = self._placed(self.particles)
+        now = self._target_of(self.particles)
         with np.errstate(invalid="ignore"):  # What was impossible may stay so.
             change = self.particles.log_weight + now - self._log_target
         self.particles = self.particles.weighted(change)
@@ -163,23 +242,92 @@ class SemanticFilter:
         Hypotheses are renewed at every pose node too: weights alone cannot move one.
         """
         depleted = self.particles.effective < self._count / 2
-        if not self.readings or not (redraw or depleted or self._stale):
+        # With the pose node the regions changed, which are things that can be meant.
+        redraw = redraw or (self._stale and self.places is not None)
+        if not (redraw or depleted or self._stale):
             return
         self._stale = False
-        pool = fresh_particles(self._count, self.evidence, self._rng)
-        if not redraw:
-            # Both are samples of one posterior; half and half lets hypotheses that were looked
-            # at and found empty move to where nobody looked.
-            both = joined([self.particles, pool])
-            pool = both.weighted(both.log_weight)
-        self.particles = pool.resampled(self._count, self._rng)
-        self._log_target = log_target(self.particles, self.evidence)
+        if self.readings:
+            self._take(self._posterior() if redraw else self._mixed())
+        elif depleted:
+            self._take(self.particles)
 
+    def _mixed(self) -> Particles:
+        """Half old and half new hypotheses.
 
-def _with_readings(particles: Particles, evidence: Evidence) -> Particles:
-    """Give each particle the reading that explains it best; readings are not published."""
-    fits = [
-        log_target(replace(particles, reading=np.full(len(particles), number, np.int32)), evidence)
-        for number in range(len(evidence.readings))
-    ]
-    return replace(particles, reading=np.argmax(np.array(fits), axis=0).astype(np.int32))
+        Both are samples of one posterior; half and half lets hypotheses that were looked at and
+        found empty move to where nobody looked.
+        """
+        both = joined([self.particles, self._posterior()])
+        return both.weighted(both.log_weight)
+
+    def _posterior(self) -> Particles:
+        """New hypotheses for all topologies that particles have."""
+        cases = self._cases()
+        total = np.logaddexp.reduce([case.log_weight for case in cases])
+        pools: list[Particles] = []
+        for case in cases:
+            share = case.log_weight - total
+            if share > _negligible:
+                count = max(1, round(self._count * np.exp(share)))
+                pool = fresh_particles(count, case.evidence, self._rng)
+                weight = pool.log_weight + pool.log_total + share
+                topology = self._any_of(case.topologies, len(pool))
+                pools.append(replace(pool, log_weight=weight, topology=topology))
+        pool = joined(pools)
+        return pool.weighted(pool.log_weight)
+
+    def _any_of(self, topologies: Ints, count: int) -> Ints:
+        """Topologies (count,) by their share."""
+        if len(topologies) == 1:
+            return np.full(count, topologies[0], np.int32)
+        log_prior = self.topologies.log_prior[topologies]
+        share = np.exp(log_prior - np.logaddexp.reduce(log_prior))
+        return self._rng.choice(topologies, count, p=share / share.sum())
+
+    def _take(self, pool: Particles) -> None:
+        chosen = pool.resampled(self._count, self._rng)
+        self.topologies, owner = self.topologies.living(chosen.topology)
+        self.particles = replace(chosen, topology=owner)
+        self._log_target = self._target_of(self.particles)
+
+    def _target_of(self, particles: Particles) -> Floats:
+        """Log density (P,) of what the particles sample, given their topologies' priors."""
+        values = np.zeros(len(particles))
+        for rows, case in self._judged(particles):
+            target = log_target(particles.take(rows), case.evidence)
+            values[rows] = target + case.appearance
+        return values
+
+    def _placed(self, particles: Particles) -> Particles:
+        """The same hypotheses with what was seen where it is now."""
+        figures, landmarks = particles.figure_position.copy(), particles.landmark_position.copy()
+        for rows, case in self._judged(particles):
+            now = placed(particles.take(rows), case.evidence.objects)
+            figures[rows], landmarks[rows] = now.figure_position, now.landmark_position
+        return replace(particles, figure_position=figures, landmark_position=landmarks)
+
+    def _judged(self, particles: Particles) -> Iterator[tuple[Ints, _Case]]:
+        """Rows of the particles that are judged by one case."""
+        for case in self._cases():
+            rows = np.flatnonzero(np.isin(particles.topology, case.topologies)).astype(np.int32)
+            if len(rows):
+                yield rows, case
+
+    def _cases(self) -> list[_Case]:
+        return [
+            self._case(partition, topologies)
+            for partition, topologies in self.topologies.partitions().items()
+        ]
+
+    def _case(self, partition: Partition, topologies: Ints) -> _Case:
+        appearance = self.places.seen(partition).log_likelihood if self.places else 0.0
+        prior = float(np.logaddexp.reduce(self.topologies.log_prior[topologies]))
+        return _Case(topologies, prior + appearance, appearance, self._evidence_with(partition))
+
+    def _evidence_with(self, partition: Partition) -> Evidence:
+        evidence = self.evidence
+        if self.places is None:
+            return evidence
+        seen = [evidence.objects, self.places.seen(partition).regions, self.places.glimpses]
+        return replace(evidence, objects=stacked(seen))

@@ -9,15 +9,16 @@ from schemas import topics
 from schemas.belief import MapBelief, OccupancyGrid
 from schemas.geometry import Pose2
 from schemas.language import Annotations
-from schemas.perception import Detections
+from schemas.perception import Detections, SceneObservation
 from schemas.run import RunConfig
 from schemas.sensing import LaserScan, Odometry
 from schemas.topics import Handlers, Output
 from services.mapping.annotations import readings_of
-from services.mapping.belief import belief_of, restore
+from services.mapping.belief import belief_of
 from services.mapping.filter import SemanticFilter
 from services.mapping.gate import Gate
 from services.mapping.odometer import OdometryNoise
+from services.mapping.restoration import restore
 
 _grid_period_ns = 500_000_000
 
@@ -38,10 +39,8 @@ class MappingNode:
         filter_class: type[SemanticFilter] = SemanticFilter,
     ) -> None:
         robot = robot_of(run)
-        classes = robot.symbols.object_classes
-        self._filter = filter_class(classes, robot.camera, run.particles, rng)
-        known = classes + robot.symbols.locations
-        self._gate = Gate(robot.limits, known, self._filter.faults, self._jump)
+        self._filter = filter_class(robot.symbols, robot.camera, run.particles, rng)
+        self._gate = Gate(robot.limits, self._filter.classes, self._filter.faults, self._jump)
         self._odom_from_base = Pose2(0.0, 0.0, 0.0)
         self._instruction_id = ""
         self._heard_at: dict[str, Pose2] = {}
@@ -53,6 +52,7 @@ class MappingNode:
             {
                 topics.ODOMETRY: self.on_odometry,
                 topics.SCAN: self.on_scan,
+                topics.SCENE: self.on_scene,
                 topics.DETECTIONS: self.on_detections,
                 topics.ANNOTATIONS: self.on_annotations,
             }
@@ -83,6 +83,11 @@ class MappingNode:
         self._odom_from_base = message.odom_from_base
         self._filter.observe(message)
         return self._belief(message.stamp_ns)
+
+    def on_scene(self, message: SceneObservation) -> Iterable[Output]:
+        """What kinds of places a picture shows, which the next belief will say."""
+        self._filter.glance(message)
+        return ()
 
     def on_annotations(self, message: Annotations) -> Iterable[Output]:
         """Take what was said as evidence, again only if it has changed."""

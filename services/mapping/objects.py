@@ -1,6 +1,6 @@
 """Things that the camera found: where, of what class, and whether they are there at all."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -114,3 +114,9 @@ def columns(things: list[TrackedObject], classes: int) -> ObjectColumns:
         class_log=np.array([thing.class_log for thing in things]).reshape(-1, classes),
         existence=1 / (1 + np.exp(-odds)),
     )
+
+
+def stacked(blocks: list[ObjectColumns]) -> ObjectColumns:
+    """All things of several blocks."""
+    names = [field.name for field in fields(ObjectColumns)]
+    return ObjectColumns(**{n: np.concatenate([getattr(b, n) for b in blocks]) for n in names})

@@ -1,6 +1,6 @@
 """Hypotheses about what an utterance refers to, as columns."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -9,7 +9,11 @@ from schemas.arrays import Floats, Ints
 nothing = -1
 hypothesised_figure = 1000
 hypothesised_landmark = 1001
-"""Ids of things that nobody saw yet; seen things have the ids of the run, below 1000."""
+"""Ids of things that nobody saw yet; seen objects have the ids of the run, below 1000."""
+first_region = 2000
+"""Ids of regions: this plus their oldest pose node."""
+first_glimpse = 3000
+"""Ids of places that were only looked into: this plus the spot that was recognised first."""
 
 
 @dataclass(frozen=True)
@@ -21,13 +25,17 @@ class Particles:
     reading: Ints
     """(P,) which reading of the utterance."""
     figure: Ints
-    """(P,) object id, `hypothesised_figure` or `nothing`."""
+    """(P,) id of what is meant, `hypothesised_figure` or `nothing`."""
     landmark: Ints
-    """(P,) object id, `hypothesised_landmark` or `nothing`."""
+    """(P,) id of what is meant, `hypothesised_landmark` or `nothing`."""
     figure_position: Floats
     """(P, 2), map frame [m]."""
     landmark_position: Floats
     """(P, 2), map frame [m]."""
+    topology: Ints
+    """(P,) which of the topologies that the filter keeps."""
+    log_total: float = 0.0
+    """Of the weights before they were normalised: of a sample of a posterior the log evidence."""
 
     @property
     def weights(self) -> Floats:
@@ -44,14 +52,7 @@ class Particles:
 
     def take(self, rows: Ints) -> "Particles":
         """Rows by index, with their weights as they are."""
-        return Particles(
-            log_weight=self.log_weight[rows],
-            reading=self.reading[rows],
-            figure=self.figure[rows],
-            landmark=self.landmark[rows],
-            figure_position=self.figure_position[rows],
-            landmark_position=self.landmark_position[rows],
-        )
+        return replace(self, log_total=0.0, **{n: getattr(self, n)[rows] for n in _columns})
 
     def weighted(self, log_weight: Floats) -> "Particles":
         """The same hypotheses with new weights (P,), which are normalised.
@@ -63,7 +64,8 @@ class Particles:
             if not np.isfinite(log_weight).any():
                 log_weight = np.zeros(len(log_weight))
         top = log_weight.max()
-        return replace(self, log_weight=log_weight - top - np.log(np.exp(log_weight - top).sum()))
+        total = top + np.log(np.exp(log_weight - top).sum())
+        return replace(self, log_weight=log_weight - total, log_total=float(total))
 
     def resampled(self, count: int, rng: np.random.Generator) -> "Particles":
         """Systematic resampling: `count` hypotheses of equal weight."""
@@ -76,18 +78,14 @@ class Particles:
 def empty_particles(count: int) -> Particles:
     """Hypotheses before anything was said: nothing is meant, all alike."""
     none = np.full(count, nothing, np.int32)
-    zeros = np.zeros((count, 2))
-    reading = np.zeros(count, np.int32)
-    return Particles(np.full(count, -np.log(count)), reading, none, none, zeros, zeros)
+    zeros, first = np.zeros((count, 2)), np.zeros(count, np.int32)
+    return Particles(np.full(count, -np.log(count)), first, none, none, zeros, zeros, first)
 
 
 def joined(blocks: list[Particles]) -> Particles:
     """All rows of several blocks; their weights are not normalised again."""
-    return Particles(
-        log_weight=np.concatenate([block.log_weight for block in blocks]),
-        reading=np.concatenate([block.reading for block in blocks]),
-        figure=np.concatenate([block.figure for block in blocks]),
-        landmark=np.concatenate([block.landmark for block in blocks]),
-        figure_position=np.concatenate([block.figure_position for block in blocks]),
-        landmark_position=np.concatenate([block.landmark_position for block in blocks]),
-    )
+    columns = {n: np.concatenate([getattr(block, n) for block in blocks]) for n in _columns}
+    return replace(blocks[0], log_total=0.0, **columns)
+
+
+_columns = [field.name for field in fields(Particles) if field.name != "log_total"]

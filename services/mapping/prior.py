@@ -16,17 +16,36 @@ _typical_radius = {
     "car": 0.9,
     "robot": 0.5,
 }
+_density_of_places = {
+    "generic": 1 / 100,
+    "office": 1 / 200,
+    "hallway": 1 / 500,
+    "lab": 1 / 1000,
+    "conference room": 1 / 1000,
+    "kitchen": 1 / 3000,
+    "lounge": 1 / 3000,
+    "elevator": 1 / 3000,
+    "cafeteria": 1 / 5000,
+}
+"""The same for places: a floor has many offices and one kitchen."""
 _default_radius = 0.2
 _large_radius = {"building": 2.5, "wall": 0.3}
+_radius_of_places = dict.fromkeys(_density_of_places, 2.0) | {"hallway": 3.0, "elevator": 1.0}
 
 _means = np.array([[7.0, 0.0], [0.0, 0.0]])
 _spreads = np.array([[3.5, 5.0], [12.0, 12.0]])
 _shares = np.array([0.85, 0.15])
 
 
+def density_of(name: str) -> float:
+    """Unrelated things of a class per square metre [1/m^2]."""
+    return _density_of_places.get(name, background_density)
+
+
 def typical_radius(name: str) -> float:
     """Half width of a thing of this class that was not seen yet, or of the robot itself [m]."""
-    return (_typical_radius | _large_radius).get(name, _default_radius)
+    radii = _typical_radius | _large_radius | _radius_of_places
+    return radii.get(name, _default_radius)
 
 
 def sample_places(rng: np.random.Generator, viewer: Pose2, count: int) -> Floats:

@@ -68,6 +68,7 @@ def _weighted(draw: _Draw, reading: int, evidence: Evidence) -> Particles:
         landmark=draw.landmark,
         figure_position=draw.figure_position,
         landmark_position=draw.landmark_position,
+        topology=np.zeros(count, np.int32),
     )
     block = placed(bare, evidence.objects)
     return replace(block, log_weight=log_target(block, evidence) - draw.log_proposal)
@@ -78,7 +79,7 @@ def _strata(
 ) -> list[_Draw]:
     figures = _candidates(reading.figure, evidence)
     if reading.relation is None:
-        return [_seen(figures, _no_one(figures)), _new_alone(share, evidence, rng)]
+        return [_seen(figures, _no_one(figures)), _new_alone(reading, share, evidence, rng)]
     if reading.landmark is None:
         places = np.tile([evidence.viewer.x, evidence.viewer.y], (share, 1))
         alone = np.full(share, nothing, np.int32)
@@ -115,11 +116,11 @@ def _beside_robot(figures: Ints, evidence: Evidence) -> _Draw:
 
 
 def _unseen_places(
-    share: int, evidence: Evidence, rng: np.random.Generator
+    share: int, class_index: int, evidence: Evidence, rng: np.random.Generator
 ) -> tuple[Floats, Floats]:
     """Places (n, 2) from prior times miss grid, and log density (n,) times count."""
     tries = prior.sample_places(rng, evidence.viewer, _oversampling * share)
-    miss = missed(tries, evidence)
+    miss = missed(tries, class_index, evidence)
     edges = np.cumsum(np.exp(miss))
     picks = (np.arange(share) + rng.random()) / share * edges[-1]
     rows = np.minimum(np.searchsorted(edges, picks), len(tries) - 1)
@@ -128,14 +129,15 @@ def _unseen_places(
     return tries[rows], density + np.log(share)
 
 
-def _new_alone(share: int, evidence: Evidence, rng: np.random.Generator) -> _Draw:
-    places, log_proposal = _unseen_places(share, evidence, rng)
+def _new_alone(reading: Reading, share: int, evidence: Evidence, rng: np.random.Generator) -> _Draw:
+    places, log_proposal = _unseen_places(share, reading.figure, evidence, rng)
     new = np.full(share, hypothesised_figure, np.int32)
     return _Draw(new, places, _no_one(new), np.zeros((share, 2)), log_proposal)
 
 
 def _all_new(reading: Reading, share: int, evidence: Evidence, rng: np.random.Generator) -> _Draw:
-    places, log_proposal = _unseen_places(share, evidence.for_landmarks, rng)
+    assert reading.landmark is not None
+    places, log_proposal = _unseen_places(share, reading.landmark, evidence.for_landmarks, rng)
     new = np.full(share, hypothesised_landmark, np.int32)
     return _new_figure(reading, new, places, log_proposal, evidence, rng)
 

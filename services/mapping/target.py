@@ -23,8 +23,9 @@ from services.mapping import clues, prior, relations
 from services.mapping.annotations import Reading, robot_class
 from services.mapping.clues import Clue
 from services.mapping.grid import Grid
+from services.mapping.layout import Layout
 from services.mapping.objects import ObjectColumns
-from services.mapping.particles import Particles
+from services.mapping.particles import Particles, hypothesised_figure
 from services.mapping.relations import Relation
 
 _impossible = -30.0
@@ -40,10 +41,19 @@ class Evidence:
 
     classes: tuple[str, ...]
     objects: ObjectColumns
+    """What was seen: objects, and the places of one topology."""
     grid: Grid
     viewer: Pose2
     """map_from_base when the utterance was heard."""
     readings: tuple[Reading, ...]
+    locations: int = 0
+    """How many classes, the last ones, are types of places."""
+    layout: Layout | None = None
+    """Which ground belongs to places that were seen; None where language has no places."""
+
+    def is_place(self, class_index: int | None) -> bool:
+        """Whether a class is a type of place."""
+        return class_index is not None and class_index >= len(self.classes) - self.locations
 
     @property
     def for_landmarks(self) -> "Evidence":
@@ -69,14 +79,20 @@ def placed(particles: Particles, objects: ObjectColumns) -> Particles:
     )
 
 
-def missed(points: Floats, evidence: Evidence) -> Floats:
-    """Log probability (n,) that a thing around each point (n, 2) was not seen all the while."""
-    looks = evidence.grid.looked_at(points[:, None] + _sigma_points)
-    free = np.log(np.mean(np.exp(looks), axis=1))
-    if not len(evidence.objects.number):
+def missed(points: Floats, class_index: int | None, evidence: Evidence) -> Floats:
+    """Log probability (n,) that a thing around each point (n, 2) was not seen all the while.
+
+    A place is seen by what kind of place the ground belongs to, an object by looking at the ground.
+    """
+    around = points[:, None] + _sigma_points
+    if evidence.layout is not None and evidence.is_place(class_index):
+        return np.log(np.mean(np.exp(evidence.layout.log_unseen(around)), axis=1))
+    free = np.log(np.mean(np.exp(evidence.grid.looked_at(around)), axis=1))
+    solid = evidence.objects.number < hypothesised_figure
+    if not solid.any():
         return free
-    gaps = np.linalg.norm(points[:, None] - evidence.objects.mean, axis=2)
-    taken = np.any(gaps < evidence.objects.radius + _same_place, axis=1)
+    gaps = np.linalg.norm(points[:, None] - evidence.objects.mean[solid], axis=2)
+    taken = np.any(gaps < evidence.objects.radius[solid] + _same_place, axis=1)
     return np.where(taken, free + _competitor, free)
 
 
@@ -116,13 +132,14 @@ def _of_reading(particles: Particles, reading: Reading, evidence: Evidence) -> F
 
 
 def _standing(numbers: Ints, points: Floats, class_index: int, evidence: Evidence) -> Floats:
-    unseen = missed(points, evidence)
+    unseen = missed(points, class_index, evidence)
     objects = evidence.objects
     if not len(objects.number):
         return unseen
     seen, row = _rows(numbers, objects)
     known = objects.class_log[row, class_index] + np.log(objects.existence[row])
-    return np.where(seen, known - np.log(prior.background_density), unseen)
+    density = prior.density_of(evidence.classes[class_index])
+    return np.where(seen, known - np.log(density), unseen)
 
 
 def _relation_term(
@@ -149,7 +166,7 @@ def _size_of(numbers: Ints, class_index: int | None, sizes: Floats, evidence: Ev
 
 def _clue_term(particles: Particles, clue: Clue, evidence: Evidence) -> Floats:
     anchors = particles.figure_position if clue.of_figure else particles.landmark_position
-    log_missed = missed(clues.unseen_places(evidence.viewer), evidence)
+    log_missed = missed(clues.unseen_places(evidence.viewer), clue.other, evidence)
     return clues.log_factor(clue, anchors, evidence.objects, log_missed, evidence.viewer)
 
 

@@ -27,7 +27,6 @@ from services.mapping.timeline import Timeline
 from services.mapping.wheels import Reading, Step, Wheels
 from tests.unit.test_mapping_episode import (
     BEHIND,
-    CLASSES,
     FRAME_NS,
     World,
     last_belief,
@@ -473,7 +472,7 @@ def test_wheels_cannot_jump_but_a_pause_explains_a_way() -> None:
 
 def test_the_filter_alone_bears_broken_detections() -> None:
     world = World([("cone", 4.0, 0.0)], false_rate=0.0)
-    semantic = SemanticFilter((*CLASSES, "unknown"), HUSKY.camera, 50, np.random.default_rng(0))
+    semantic = SemanticFilter(HUSKY.symbols, HUSKY.camera, 50, np.random.default_rng(0))
     for step in range(6):
         world.time_ns += FRAME_NS
         picture = world.look()

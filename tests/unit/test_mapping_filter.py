@@ -76,6 +76,7 @@ def test_importance_sampling_agrees_with_integration() -> None:
         landmark=np.full(n, -1, np.int32),
         figure_position=places,
         landmark_position=np.zeros((n, 2)),
+        topology=np.zeros(n, np.int32),
     )
     elsewhere = np.exp(log_target(everywhere, facts)).sum() * 0.25**2
     seen = np.exp(log_target(pool.take(np.array([0], np.int32)), facts))[0]

@@ -26,8 +26,7 @@ PLACES = np.array([[1.0, 0.0]])
 def looked_around(filter_class: type[SemanticFilter]) -> SemanticFilter:
     """A filter whose grid says that nothing is within 3 m."""
     robot = robot_of(RUN)
-    classes = robot.symbols.object_classes
-    made = filter_class(classes, robot.camera, 5, np.random.default_rng(0))
+    made = filter_class(robot.symbols, robot.camera, 5, np.random.default_rng(0))
     window, _, _ = made.grid.around(Pose2(0.0, 0.0, 0.0), 3.0)
     made.grid.looked[window] = math.log(0.01)
     return made
@@ -45,8 +44,8 @@ def test_absence_is_evidence_as_far_as_the_arm_has_it(
     filter_class: type[SemanticFilter], figure: float, landmark: float
 ) -> None:
     evidence = looked_around(filter_class).evidence
-    assert np.exp(missed(PLACES, evidence)) == pytest.approx([figure])
-    assert np.exp(missed(PLACES, evidence.for_landmarks)) == pytest.approx([landmark])
+    assert np.exp(missed(PLACES, None, evidence)) == pytest.approx([figure])
+    assert np.exp(missed(PLACES, None, evidence.for_landmarks)) == pytest.approx([landmark])
 
 
 def test_without_confirmation_a_seen_figure_is_enough() -> None:

@@ -1,0 +1,69 @@
+"""Free ground as the range finder knows it: between which places one can go without a doorway."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from schemas.arrays import Flags, Floats
+from services.mapping.grid import Grid, resolution
+
+_occupied, _free = 0.5, -0.5
+"""Log odds from which a cell counts as one or the other."""
+_margin = 3.0
+_wide = 2.0
+"""More clearance than this makes no difference [m]."""
+_narrow = 0.75
+"""A way that narrows to less than this share of what both its ends have passes a doorway."""
+_samples = 26
+_unknown_share = 0.2
+
+
+@dataclass(frozen=True)
+class Floor:
+    """A window of the grid."""
+
+    origin: Floats
+    """Map coordinates of the corner of cell (0, 0), shape (2,) [m]."""
+    free: Flags
+    """(Y, X)"""
+    occupied: Flags
+    """(Y, X)"""
+    clearance: Floats
+    """(Y, X) to the nearest obstacle, at most `_wide` [m]."""
+
+    def open_between(self, starts: Floats, ends: Floats) -> Flags:
+        """Whether places (n, 2) and (n, 2) share one open space: no wall, no doorway between."""
+        share = np.linspace(0.0, 1.0, _samples)[:, None]
+        row, column = self._cells(starts[:, None] + share * (ends - starts)[:, None])
+        clear = self.clearance[row, column]
+        narrow = clear.min(axis=1) < _narrow * np.minimum(clear[:, 0], clear[:, -1])
+        unknown = np.mean(~self.free[row, column], axis=1) > _unknown_share
+        return ~(narrow | unknown | self.occupied[row, column].any(axis=1))
+
+    def coarse(self, layer: Flags, side: float) -> Flags:
+        """A layer in blocks of `side`, a multiple of the grid's: shape (Y', s, X', s)."""
+        step = round(side / resolution)
+        rows, columns = (size // step for size in layer.shape)
+        return layer[: rows * step, : columns * step].reshape(rows, step, columns, step)
+
+    def _cells(self, points: Floats) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and columns of points (..., 2); those outside count as at the edge."""
+        cells = np.floor((points - self.origin) / resolution).astype(np.intp)
+        rows, columns = self.free.shape
+        return np.clip(cells[..., 1], 0, rows - 1), np.clip(cells[..., 0], 0, columns - 1)
+
+
+def floor_around(points: Floats, grid: Grid) -> Floor:
+    """The floor around points (n, 2)."""
+    limit = np.array(grid.occupancy.shape[::-1])
+    low = np.floor((points.min(axis=0) - _margin - grid.origin) / resolution).astype(int)
+    high = np.ceil((points.max(axis=0) + _margin - grid.origin) / resolution).astype(int)
+    (left, down), (right, up) = np.clip(low, 0, limit - 1), np.clip(high, 1, limit)
+    layer = grid.occupancy[down:up, left:right]
+    occupied: Flags = layer > _occupied
+    distance = np.full(layer.shape, _wide)
+    if occupied.any():
+        distance = np.asarray(ndimage.distance_transform_edt(~occupied)) * resolution
+    origin = grid.origin + resolution * np.array([left, down])
+    return Floor(origin, layer < _free, occupied, np.minimum(distance, _wide))
