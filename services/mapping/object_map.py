@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from schemas.arrays import Floats
+from schemas.arrays import Flags, Floats
 from services.mapping.association import match, same_place
 from services.mapping.objects import ObjectColumns, TrackedObject, columns, first_odds
 from services.mapping.sensing import Picture
@@ -129,13 +129,27 @@ def _hopeless(thing: TrackedObject) -> bool:
 
 def _without_doubles(things: list[TrackedObject]) -> list[TrackedObject]:
     """Of things at one place only the one that was seen most often, in the order given."""
-    kept: list[TrackedObject] = []
-    for thing in sorted(things, key=lambda thing: (-thing.confirmed, -thing.hits)):
-        if not any(_same_place(thing, other) for other in kept):
-            kept.append(thing)
-    return [thing for thing in things if any(thing is other for other in kept)]
+    together = _same_place(things)
+    if not together.any():
+        return things
+    dropped: set[int] = set()
+    for row in sorted(range(len(things)), key=lambda row: _rank(things[row])):
+        if row not in dropped:
+            dropped.update(np.flatnonzero(together[row]).tolist())
+    return [thing for row, thing in enumerate(things) if row not in dropped]
 
 
-def _same_place(one: TrackedObject, other: TrackedObject) -> bool:
-    gap = float(np.hypot(*(one.mean - other.mean)))
-    return gap < max(same_place, min(one.radius, other.radius))
+def _rank(thing: TrackedObject) -> tuple[bool, int]:
+    """Lower for what is kept rather."""
+    return not thing.confirmed, -thing.hits
+
+
+def _same_place(things: list[TrackedObject]) -> Flags:
+    """(K, K) Whether two different things are nearer to one another than two things can be."""
+    means = np.array([thing.mean for thing in things]).reshape(-1, 2)
+    radii = np.array([thing.radius for thing in things])
+    offset = means[:, None] - means
+    apart = np.maximum(same_place, np.minimum(radii[:, None], radii))
+    together: Flags = np.hypot(offset[..., 0], offset[..., 1]) < apart
+    np.fill_diagonal(together, False)
+    return together

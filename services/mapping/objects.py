@@ -58,7 +58,7 @@ class TrackedObject:
     @property
     def radius(self) -> float:
         """Half of its mean width [m]."""
-        return 0.5 * float(self.extent[:2].mean())
+        return 0.25 * float(self.extent[0] + self.extent[1])
 
     def hit(self, class_probability: Floats, extent: Floats) -> None:
         """Fuse one detection's class distribution (C,) and extent (3,)."""
