@@ -9,6 +9,7 @@ import numpy as np
 from schemas.arrays import Floats
 from schemas.geometry import Pose2
 from services.mapping import graph
+from services.mapping.marginals import marginals_of
 from services.mapping.odometer import Odometer, OdometryNoise
 from services.mapping.sightings import Sightings
 
@@ -21,11 +22,6 @@ _still = 0.1
 _anchor_sigmas = (0.01, 0.01, 0.003)
 _failures = (RuntimeError, IndexError, ValueError)
 """What the solver raises when factors and values do not make a map."""
-_refreshed = 20
-"""Objects whose covariances are brought up to date at each solution, besides those just seen.
-
-The others keep an older one, which is the larger: evidence elsewhere can only lower it.
-"""
 _jump_variances = (1.0, 1.0, 0.25)
 """Of x, y [m^2] and yaw [rad^2] where dead reckoning broke off and began again."""
 
@@ -82,7 +78,6 @@ class Backbone:
         self._odom_from_node = odom_from_base
         self._odometer = Odometer(odom_from_base)
         self._sightings = Sightings()
-        self._turn = 0
         self._isam = gtsam.ISAM2(_parameters())
         problem = graph.Problem()
         graph.add_pose_prior(problem, 0, map_from_base, _anchor_sigmas)
@@ -189,23 +184,14 @@ class Backbone:
         found: Floats = gtsam.utilities.extractPose2(estimate)
         assert len(found) == poses
         found[:, 2] = (found[:, 2] + math.pi) % (2 * math.pi) - math.pi
-        fresh = set(seen) | set(self._next_in_turn())
-        objects: dict[int, tuple[Floats, Floats]] = {}
-        for number in dict.fromkeys([*self.objects, *seen]):
-            key = graph.object_key(number)
-            old = None if number in fresh else self.objects[number][1]
-            covariance: Floats = isam.marginalCovariance(key) if old is None else old
-            objects[number] = (np.array(estimate.atPoint2(key)), covariance)
-        own: Floats = isam.marginalCovariance(graph.pose_key(poses - 1))
-        return _Solution(isam, found, objects, own)
-
-    def _next_in_turn(self) -> list[int]:
-        """Objects whose covariances are due; each has its turn."""
-        numbers = list(self.objects)
-        if len(numbers) <= _refreshed:
-            return numbers
-        self._turn = (self._turn + _refreshed) % len(numbers)
-        return [numbers[(self._turn + step) % len(numbers)] for step in range(_refreshed)]
+        numbers = list(dict.fromkeys([*self.objects, *seen]))
+        marginals = marginals_of(isam, len(numbers), poses)
+        means: Floats = gtsam.utilities.extractPoint2(estimate)
+        rows = {number: row for row, number in enumerate(sorted(numbers))}
+        objects = {
+            number: (means[rows[number]], marginals.objects[rows[number]]) for number in numbers
+        }
+        return _Solution(isam, found, objects, marginals.last_pose)
 
 
 def _parameters() -> gtsam.ISAM2Params:

@@ -9,7 +9,11 @@ import msgspec
 from schemas.errors import MissingComponentError
 from sim.experiments.report import Outcome, Row, Settings
 
-SUITES = {"runtime": ["wire", "codec", "startup"], "perception": ["shader", "camera", "detector"]}
+SUITES = {
+    "runtime": ["wire", "codec", "startup"],
+    "perception": ["shader", "camera", "detector"],
+    "mapping": ["mapping"],
+}
 """Benchmarks of each part."""
 
 
@@ -21,6 +25,11 @@ def measure_runtime(settings: Settings) -> Outcome:
 def measure_perception(settings: Settings) -> Outcome:
     """Rendering, camera and detector."""
     return _measure("perception", settings)
+
+
+def measure_mapping(settings: Settings) -> Outcome:
+    """Steps of the filter and decisions, and how they grow."""
+    return _measure("mapping", settings)
 
 
 def _measure(suite: str, settings: Settings) -> Outcome:

@@ -20,6 +20,7 @@ BENCHMARKS: dict[str, int] = {
     "camera": 25,
     "detector": 51,
     "startup": 5,
+    "mapping": 15,
 }
 """Module below this package, and its rounds unless asked for others."""
 DRAWING = {"shader", "camera", "startup"}

@@ -33,6 +33,7 @@ SHORT = (
     Short("camera", 11),
     Short("detector", 15),
     Short("startup", 1),
+    Short("mapping", 3),
 )
 MORE_ATTEMPTS = 2
 
