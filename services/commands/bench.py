@@ -38,6 +38,7 @@ BENCHES: dict[str, Bench] = {
         "bench_grounding_scaling:measure", 30, "bench_grounding_scaling:draw"
     ),
     "grounding_training": Bench("bench_grounding_training:measure", 1),
+    "mapping": Bench("bench_suites:measure_mapping", 15, "bench_mapping:draw"),
     "perception": Bench("bench_suites:measure_perception", 25),
     "runtime": Bench("bench_suites:measure_runtime", 25),
 }
@@ -54,8 +55,8 @@ def bench(
     """Run an experiment; our figures stand beside the paper's.
 
     Args:
-        name: table1, ablations, fov, grounding, grounding_scaling, grounding_training, perception,
-            runtime, or all.
+        name: table1, ablations, fov, grounding, grounding_scaling, grounding_training, mapping,
+            perception, runtime, or all.
         runs: how often each thing is tried or timed; by default as many as the experiment wants.
         workers: processes that may work at once; what measures time uses one.
         seed: decides every random choice.
