@@ -31,6 +31,7 @@ class Bench:
 
 BENCHES: dict[str, Bench] = {
     "table1": Bench("table1:measure", 100, "table1:draw"),
+    "table2": Bench("table2:measure", 100, "table2:draw"),
     "ablations": Bench("bench_ablations:measure", 100),
     "fov": Bench("fov:measure", 50, "fov:draw"),
     "grounding": Bench("bench_grounding:measure", 10),
@@ -55,8 +56,8 @@ def bench(
     """Run an experiment; our figures stand beside the paper's.
 
     Args:
-        name: table1, ablations, fov, grounding, grounding_scaling, grounding_training, mapping,
-            perception, runtime, or all.
+        name: table1, table2, ablations, fov, grounding, grounding_scaling, grounding_training,
+            mapping, perception, runtime, or all.
         runs: how often each thing is tried or timed; by default as many as the experiment wants.
         workers: processes that may work at once; what measures time uses one.
         seed: decides every random choice.

@@ -37,8 +37,12 @@ class Scenario(Struct, frozen=True, kw_only=True):
     world: str
     text: str
     view_range_m: float
+    """0 is the robot's own camera."""
     view_fov_rad: float = 2 * math.pi
     """The paper names a range alone: it sees all round."""
+    robot: str = "husky"
+    goal: str = GOAL
+    """Id of what is meant."""
 
 
 @dataclass(frozen=True)
@@ -83,16 +87,19 @@ def run_job(job: Job) -> Result:
     """One episode; the same job gives the same result."""
     scenario = job.scenario
     run = RunConfig(
+        robot=scenario.robot,
         world=scenario.world,
         seed=job.seed,
         particles=job.particles,
         view_range_m=scenario.view_range_m,
         view_fov_rad=scenario.view_fov_rad,
     )
-    trial = Trial(arm=job.arm, perception=job.perception, intended=(GOAL,), reached_m=REACHED_M)
+    trial = Trial(
+        arm=job.arm, perception=job.perception, intended=(scenario.goal,), reached_m=REACHED_M
+    )
     episode = Episode(run, scenario.text, trial=trial)
     found = episode.run(lambda seconds, status: None)
-    goal_class = GOAL.rpartition("_")[0]
+    goal_class = scenario.goal.rpartition("_")[0]
     at_goal_class = any(name.startswith(goal_class) for name in episode.within_reach)
     declared = found.failure in (None, Failure.WRONG_OBJECT)
     return Result(

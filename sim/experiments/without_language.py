@@ -17,6 +17,7 @@ from services.mapping.node import MappingNode
 from services.runtime.node import node_generator
 from sim.scenes.hydrant import SECTOR
 from sim.scenes.object_relative import ARENA
+from sim.world import make_world
 
 _arena_margin = 1.0
 """The sector of the arena begins this far behind the start [m]."""
@@ -29,7 +30,7 @@ class MapWithoutWords:
 
     Its beliefs still carry the instruction's id, so that behaviours are inferred in them. In the
     place of a prior it is told where the experiment's objects may be at all, ahead and within the
-    arena; without that, a search of the open plane seldom ends.
+    arena; without that, a search of the open plane seldom ends. Between walls it is told nothing.
     """
 
     def __init__(self, run: RunConfig) -> None:
@@ -37,6 +38,8 @@ class MapWithoutWords:
         alone = msgspec.structs.replace(run, particles=1)
         self._mapping = MappingNode(alone, node_generator(run, "mapping")).handlers()
         self._instruction_id = ""
+        # Indoors the walls say where there is something left to look for.
+        self._in_arena = not make_world(run.world, run.seed).walls
 
     def handlers(self) -> Handlers:
         """As mapping, with nothing but the id taken from the annotations."""
@@ -64,7 +67,7 @@ class MapWithoutWords:
         """Grids in which nothing is left to look for outside the arena."""
         for output in self._mapping[topics.SCAN](scan):
             message = output.message
-            if isinstance(message, OccupancyGrid):
+            if self._in_arena and isinstance(message, OccupancyGrid):
                 message = _within_arena(message)
             yield Output(output.topic, message)
 
