@@ -13,6 +13,7 @@ import numpy as np
 from schemas.arrays import Floats
 from schemas.geometry import Pose2
 from services.mapping import prior, relations
+from services.mapping.even import EvenPoints
 from services.mapping.objects import ObjectColumns
 from services.mapping.relations import Frame, Relation
 
@@ -96,4 +97,5 @@ def _density(clue: Clue, offset: Floats, frame: Frame) -> Floats:
 @cache
 def _standard_places() -> Floats:
     """In the frame of the viewer."""
-    return prior.sample_places(np.random.default_rng(0), Pose2(0.0, 0.0, 0.0), _places)
+    points = EvenPoints(np.random.default_rng(0)).first(_places)
+    return prior.places_at(points[:, :3], Pose2(0.0, 0.0, 0.0))

@@ -21,6 +21,7 @@ from services.mapping import visibility
 from services.mapping.allocation import at_first, propagate
 from services.mapping.annotations import Reading
 from services.mapping.backbone import Backbone
+from services.mapping.even import EvenPoints
 from services.mapping.faults import FaultLog
 from services.mapping.grid import Grid
 from services.mapping.object_map import ObjectMap
@@ -79,6 +80,7 @@ class SemanticFilter:
         self._camera = camera
         self._count = count
         self._stale = False
+        self._points = EvenPoints(rng)
         self._rng = rng
         self._allocate(origin)
 
@@ -105,6 +107,7 @@ class SemanticFilter:
         """Take an utterance as evidence: every particle samples what it means, and where it is."""
         self.readings = readings
         self.viewer = self.backbone.locate(odom_from_base)
+        self._points = EvenPoints(self._rng)
         self._resample(redraw=True)
 
     def recall(self, readings: tuple[Reading, ...]) -> None:
@@ -237,29 +240,18 @@ class SemanticFilter:
         return True
 
     def _resample(self, redraw: bool) -> None:
-        """Draw anew when the set of things changed; mix in new hypotheses when depleted.
+        """Draw anew when the set of things changed or hypotheses are depleted.
 
-        Hypotheses are renewed at every pose node too: weights alone cannot move one.
+        They are renewed at every pose node too: weights alone cannot move one.
         """
         depleted = self.particles.effective < self._count / 2
-        # With the pose node the regions changed, which are things that can be meant.
-        redraw = redraw or (self._stale and self.places is not None)
         if not (redraw or depleted or self._stale):
             return
         self._stale = False
         if self.readings:
-            self._take(self._posterior() if redraw else self._mixed())
+            self._take(self._posterior())
         elif depleted:
             self._take(self.particles)
-
-    def _mixed(self) -> Particles:
-        """Half old and half new hypotheses.
-
-        Both are samples of one posterior; half and half lets hypotheses that were looked at and
-        found empty move to where nobody looked.
-        """
-        both = joined([self.particles, self._posterior()])
-        return both.weighted(both.log_weight)
 
     def _posterior(self) -> Particles:
         """New hypotheses for all topologies that particles have."""
@@ -270,7 +262,7 @@ class SemanticFilter:
             share = case.log_weight - total
             if share > _negligible:
                 count = max(1, round(self._count * np.exp(share)))
-                pool = fresh_particles(count, case.evidence, self._rng)
+                pool = fresh_particles(count, case.evidence, self._points)
                 weight = pool.log_weight + pool.log_total + share
                 topology = self._any_of(case.topologies, len(pool))
                 pools.append(replace(pool, log_weight=weight, topology=topology))
@@ -286,7 +278,7 @@ class SemanticFilter:
         return self._rng.choice(topologies, count, p=share / share.sum())
 
     def _take(self, pool: Particles) -> None:
-        chosen = pool.resampled(self._count, self._rng)
+        chosen = pool.resampled(self._count, self._points.start)
         self.topologies, owner = self.topologies.living(chosen.topology)
         self.particles = replace(chosen, topology=owner)
         self._log_target = self._target_of(self.particles)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from schemas.arrays import Floats, Ints
+from services.mapping.even import along_curve, copies, even_thresholds
 
 nothing = -1
 hypothesised_figure = 1000
@@ -67,12 +68,26 @@ class Particles:
         total = top + np.log(np.exp(log_weight - top).sum())
         return replace(self, log_weight=log_weight - total, log_total=float(total))
 
-    def resampled(self, count: int, rng: np.random.Generator) -> "Particles":
-        """Systematic resampling: `count` hypotheses of equal weight."""
-        edges = np.cumsum(self.weights)
-        picks = (np.arange(count) + rng.random()) / count * edges[-1]
-        rows = np.minimum(np.searchsorted(edges, picks), len(self) - 1).astype(np.int32)
+    def resampled(self, count: int, start: float) -> "Particles":
+        """`count` hypotheses of equal weight, evenly spread (see `even.copies`).
+
+        Args:
+            count: of hypotheses.
+            start: in [0, 1); the same one picks the same hypotheses, as far as weights allow.
+        """
+        order = self._order()
+        groundings = np.stack([self.reading, self.figure, self.landmark], axis=1)[order]
+        thresholds = even_thresholds(groundings, start)
+        rows = np.repeat(order, copies(self.weights[order], thresholds, count))
         return self.take(rows).weighted(np.zeros(count))
+
+    def _order(self) -> Ints:
+        """Rows by what they ground the utterance to, then by neighbourhood."""
+        middle = 0.5 * (self.figure_position + self.landmark_position)
+        alone = (self.landmark == nothing)[:, None]
+        place = along_curve(np.where(alone, self.figure_position, middle))
+        ties = (self.topology, *self.landmark_position.T, *self.figure_position.T)
+        return np.lexsort((*ties, place, self.landmark, self.figure, self.reading)).astype(np.int32)
 
 
 def empty_particles(count: int) -> Particles:

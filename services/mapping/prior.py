@@ -1,6 +1,7 @@
 """What is believed about things before anything is seen: where they may be and how big they are."""
 
 import numpy as np
+from scipy.special import ndtri
 
 from schemas.arrays import Floats
 from schemas.geometry import Pose2
@@ -48,14 +49,17 @@ def typical_radius(name: str) -> float:
     return radii.get(name, _default_radius)
 
 
-def sample_places(rng: np.random.Generator, viewer: Pose2, count: int) -> Floats:
-    """Places (n, 2), map frame: people speak of what lies ahead of the robot, mostly."""
-    component = (rng.random(count) >= _shares[0]).astype(np.int32)
-    return viewer.apply(_means[component] + _spreads[component] * rng.standard_normal((count, 2)))
+def places_at(points: Floats, viewer: Pose2) -> Floats:
+    """Places (n, 2), map frame, made of points (n, 3) of the unit cube.
+
+    People speak of what lies ahead of the robot, mostly.
+    """
+    component = np.searchsorted(np.cumsum(_shares)[:-1], points[:, 2], side="right")
+    return viewer.apply(_means[component] + _spreads[component] * ndtri(points[:, :2]))
 
 
 def log_place(points: Floats, viewer: Pose2) -> Floats:
-    """Log density (n,) of `sample_places` at points (n, 2), map frame."""
+    """Log density (n,) of what `places_at` makes of even points, at points (n, 2), map frame."""
     local = viewer.inverse().apply(points)
     scaled = (local[:, None] - _means) / _spreads
     log_normal = -0.5 * np.sum(scaled**2, axis=2) - np.log(2 * np.pi * _spreads.prod(axis=1))

@@ -9,10 +9,12 @@ round. Every row carries log target - log proposal, so that strata compare fairl
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import ndtri
 
 from schemas.arrays import Floats, Ints
 from services.mapping import prior, relations
 from services.mapping.annotations import Reading
+from services.mapping.even import EvenPoints
 from services.mapping.particles import (
     Particles,
     hypothesised_figure,
@@ -23,7 +25,6 @@ from services.mapping.particles import (
 from services.mapping.target import (
     Evidence,
     log_target,
-    missed,
     placed,
     relation_features,
     relation_frame,
@@ -31,8 +32,11 @@ from services.mapping.target import (
 
 _possible = np.log(0.02)
 """Things less likely of the class are not tried."""
-_oversampling = 8
-_least = 20
+_oversampling = 16
+"""Proposals for each hypothesis that is kept, where nothing was seen yet."""
+_beside_seen = 4
+"""Likewise where figure or landmark was seen."""
+_least = 32
 _turned_round = 0.7
 """A proposal must be wider than what it proposes for [m]."""
 
@@ -48,12 +52,15 @@ class _Draw:
     log_proposal: Floats
 
 
-def fresh_particles(count: int, evidence: Evidence, rng: np.random.Generator) -> Particles:
-    """Weighted hypotheses, more than `count`, that are one sample of the posterior."""
+def fresh_particles(count: int, evidence: Evidence, points: EvenPoints) -> Particles:
+    """Weighted hypotheses, more than `count`, that are one sample of the posterior.
+
+    The same points propose the same places again, whatever was seen meanwhile.
+    """
     blocks: list[Particles] = []
     for number, reading in enumerate(evidence.readings):
-        share = max(_least, round(2 * count * np.exp(reading.log_probability)))
-        for draw in _strata(reading, share, evidence, rng):
+        share = max(_least, round(count * np.exp(reading.log_probability)))
+        for draw in _strata(reading, share, evidence, points):
             blocks.append(_weighted(draw, number, evidence))
     pool = joined(blocks)
     return pool.weighted(pool.log_weight)
@@ -74,25 +81,22 @@ def _weighted(draw: _Draw, reading: int, evidence: Evidence) -> Particles:
     return replace(block, log_weight=log_target(block, evidence) - draw.log_proposal)
 
 
-def _strata(
-    reading: Reading, share: int, evidence: Evidence, rng: np.random.Generator
-) -> list[_Draw]:
+def _strata(reading: Reading, share: int, evidence: Evidence, points: EvenPoints) -> list[_Draw]:
     figures = _candidates(reading.figure, evidence)
+    many = points.first(_oversampling * share)
     if reading.relation is None:
-        return [_seen(figures, _no_one(figures)), _new_alone(reading, share, evidence, rng)]
+        return [_seen(figures, _no_one(figures)), _new_alone(many, evidence)]
     if reading.landmark is None:
-        places = np.tile([evidence.viewer.x, evidence.viewer.y], (share, 1))
-        alone = np.full(share, nothing, np.int32)
-        count = np.full(share, np.log(share))
-        beside = _new_figure(reading, alone, places, count, evidence, rng)
-        return [_beside_robot(figures, evidence), beside]
+        return [_beside_robot(figures, evidence), _new_beside_robot(reading, many, evidence)]
     landmarks = _candidates(reading.landmark, evidence)
     pairs = np.array(np.meshgrid(figures, landmarks), np.int32).reshape(2, -1)
-    draws = [_seen(pairs[0], pairs[1]), _all_new(reading, share, evidence, rng)]
+    draws = [_seen(pairs[0], pairs[1]), _all_new(reading, many, evidence)]
     if len(landmarks):
-        draws.append(_near_seen_landmark(reading, landmarks, share, evidence, rng))
+        each = points.first(max(_least, _beside_seen * share // len(landmarks)))
+        draws.append(_near_seen_landmark(reading, landmarks, each, evidence))
     if len(figures):
-        draws.append(_near_seen_figure(reading, figures, share, evidence, rng))
+        each = points.first(max(_least, _beside_seen * share // len(figures)))
+        draws.append(_near_seen_figure(reading, figures, each, evidence))
     return draws
 
 
@@ -110,46 +114,44 @@ def _seen(figures: Ints, landmarks: Ints) -> _Draw:
 
 
 def _beside_robot(figures: Ints, evidence: Evidence) -> _Draw:
-    places = np.tile([evidence.viewer.x, evidence.viewer.y], (len(figures), 1))
+    places = _at_viewer(len(figures), evidence)
     zeros = np.zeros((len(figures), 2))
     return _Draw(figures, zeros, _no_one(figures), places, np.zeros(len(figures)))
 
 
-def _unseen_places(
-    share: int, class_index: int, evidence: Evidence, rng: np.random.Generator
-) -> tuple[Floats, Floats]:
-    """Places (n, 2) from prior times miss grid, and log density (n,) times count."""
-    tries = prior.sample_places(rng, evidence.viewer, _oversampling * share)
-    miss = missed(tries, class_index, evidence)
-    edges = np.cumsum(np.exp(miss))
-    picks = (np.arange(share) + rng.random()) / share * edges[-1]
-    rows = np.minimum(np.searchsorted(edges, picks), len(tries) - 1)
-    log_mean = np.log(edges[-1] / len(tries))
-    density = prior.log_place(tries[rows], evidence.viewer) + miss[rows] - log_mean
-    return tries[rows], density + np.log(share)
+def _new_beside_robot(reading: Reading, points: Floats, evidence: Evidence) -> _Draw:
+    count = len(points)
+    alone, density = np.full(count, nothing, np.int32), np.full(count, np.log(count))
+    return _new_figure(
+        reading, alone, _at_viewer(count, evidence), density, points[:, :3], evidence
+    )
 
 
-def _new_alone(reading: Reading, share: int, evidence: Evidence, rng: np.random.Generator) -> _Draw:
-    places, log_proposal = _unseen_places(share, reading.figure, evidence, rng)
-    new = np.full(share, hypothesised_figure, np.int32)
-    return _Draw(new, places, _no_one(new), np.zeros((share, 2)), log_proposal)
+def _new_alone(points: Floats, evidence: Evidence) -> _Draw:
+    places, log_proposal = _new_places(points, evidence)
+    new = np.full(len(points), hypothesised_figure, np.int32)
+    return _Draw(new, places, _no_one(new), np.zeros(places.shape), log_proposal)
 
 
-def _all_new(reading: Reading, share: int, evidence: Evidence, rng: np.random.Generator) -> _Draw:
-    assert reading.landmark is not None
-    places, log_proposal = _unseen_places(share, reading.landmark, evidence.for_landmarks, rng)
-    new = np.full(share, hypothesised_landmark, np.int32)
-    return _new_figure(reading, new, places, log_proposal, evidence, rng)
+def _all_new(reading: Reading, points: Floats, evidence: Evidence) -> _Draw:
+    places, log_proposal = _new_places(points, evidence)
+    new = np.full(len(points), hypothesised_landmark, np.int32)
+    return _new_figure(reading, new, places, log_proposal, points[:, 3:], evidence)
+
+
+def _new_places(points: Floats, evidence: Evidence) -> tuple[Floats, Floats]:
+    """Places (n, 2) from the prior, and log density (n,) times count."""
+    places = prior.places_at(points[:, :3], evidence.viewer)
+    return places, prior.log_place(places, evidence.viewer) + np.log(len(points))
 
 
 def _near_seen_landmark(
-    reading: Reading, landmarks: Ints, share: int, evidence: Evidence, rng: np.random.Generator
+    reading: Reading, landmarks: Ints, points: Floats, evidence: Evidence
 ) -> _Draw:
-    each = max(_least, share // len(landmarks))
-    numbers = np.repeat(landmarks, each)
-    places = _where(numbers, evidence)
-    counts = np.full(len(numbers), np.log(each))
-    return _new_figure(reading, numbers, places, counts, evidence, rng)
+    numbers = np.repeat(landmarks, len(points))
+    counts = np.full(len(numbers), np.log(len(points)))
+    cube = np.tile(points[:, :3], (len(landmarks), 1))
+    return _new_figure(reading, numbers, _where(numbers, evidence), counts, cube, evidence)
 
 
 def _new_figure(
@@ -157,35 +159,37 @@ def _new_figure(
     landmark: Ints,
     places: Floats,
     log_proposal: Floats,
+    points: Floats,
     evidence: Evidence,
-    rng: np.random.Generator,
 ) -> _Draw:
     """Figures drawn from the relation around landmarks (n, 2), which have their own density."""
     assert reading.relation is not None
     new = np.full(len(places), hypothesised_figure, np.int32)
     frame = relation_frame(reading, places, evidence.viewer)
     phi = relation_features(reading, frame, new, landmark, evidence)
-    offset = reading.relation.sample(rng.random((len(places), 3)), frame, phi)
+    offset = reading.relation.sample(points, frame, phi)
     density = reading.relation.log_density(frame, offset, phi, 0.0)
     return _Draw(new, places + offset, landmark, places, log_proposal + density)
 
 
-def _near_seen_figure(
-    reading: Reading, figures: Ints, share: int, evidence: Evidence, rng: np.random.Generator
-) -> _Draw:
+def _near_seen_figure(reading: Reading, figures: Ints, points: Floats, evidence: Evidence) -> _Draw:
     """Landmarks drawn from the relation turned round, in the frame at the figure."""
     assert reading.relation is not None
-    each = max(_least, share // len(figures))
-    numbers = np.repeat(figures, each)
+    numbers = np.repeat(figures, len(points))
+    cube = np.tile(points, (len(figures), 1))
     places = _where(numbers, evidence)
     new = np.full(len(numbers), hypothesised_landmark, np.int32)
     frame = relations.frame_at(places, evidence.viewer)
     phi = relation_features(reading, frame, numbers, new, evidence)
     # The frame belongs at the landmark, which is not known yet: blur makes up for the difference.
-    blur = _turned_round * rng.standard_normal(places.shape)
-    offset = reading.relation.sample(rng.random((len(places), 3)), frame, phi) + blur
+    blur = _turned_round * ndtri(cube[:, 3:5])
+    offset = reading.relation.sample(cube[:, :3], frame, phi) + blur
     density = reading.relation.log_density(frame, offset, phi, _turned_round**2)
-    return _Draw(numbers, places, new, places - offset, density + np.log(each))
+    return _Draw(numbers, places, new, places - offset, density + np.log(len(points)))
+
+
+def _at_viewer(count: int, evidence: Evidence) -> Floats:
+    return np.tile([evidence.viewer.x, evidence.viewer.y], (count, 1))
 
 
 def _where(numbers: Ints, evidence: Evidence) -> Floats:

@@ -9,6 +9,7 @@ from schemas.geometry import Pose2
 from services.mapping.annotations import Reading
 from services.mapping.association import match
 from services.mapping.backbone import Backbone, Uncertainty
+from services.mapping.even import EvenPoints
 from services.mapping.graph import Motion, Problem, Sighting, add_motion, add_sighting
 from services.mapping.grid import Grid
 from services.mapping.object_map import ObjectMap
@@ -53,7 +54,7 @@ def share(particles: Particles, figure: int, landmark: int) -> float:
 
 def test_fresh_hypotheses_are_a_distribution_over_all_four_groundings() -> None:
     facts = evidence(thing(0, 0, 6.0, 0.0), thing(1, 1, 9.0, 0.0))
-    pool = fresh_particles(100, facts, np.random.default_rng(0))
+    pool = fresh_particles(100, facts, points())
     assert pool.weights.sum() == pytest.approx(1.0)
     shares = [share(pool, f, c) for f in (1, 1000) for c in (0, 1001)]
     assert sum(shares) == pytest.approx(1.0, abs=1e-3)
@@ -65,7 +66,7 @@ def test_importance_sampling_agrees_with_integration() -> None:
     """Mass of "seen hydrant" against "hydrant elsewhere" for a figure alone, on a fine grid."""
     reading = Reading(0.0, 1, None, None, False)
     facts = evidence(thing(0, 1, 7.0, 3.0), reading=reading)
-    pool = fresh_particles(2000, facts, np.random.default_rng(0))
+    pool = fresh_particles(2000, facts, points())
     axis = np.arange(-45, 45, 0.25)
     places = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
     n = len(places)
@@ -86,14 +87,14 @@ def test_importance_sampling_agrees_with_integration() -> None:
 
 def test_a_hydrant_that_is_not_behind_the_cone_loses() -> None:
     cone, good, bad = thing(0, 0, 6.0, 0.0), thing(1, 1, 9.0, 0.0), thing(2, 1, 6.0, -4.0)
-    pool = fresh_particles(100, evidence(cone, good, bad), np.random.default_rng(0))
+    pool = fresh_particles(100, evidence(cone, good, bad), points())
     assert share(pool, 1, 0) > 50 * share(pool, 2, 0)
 
 
 def test_a_nearer_competitor_beats_the_comparative() -> None:
     nearest = Reading(0.0, 1, relation_named("near", True), 0, True)
     cone, near, far = thing(0, 0, 6.0, 0.0), thing(1, 1, 7.5, 0.0), thing(2, 1, 6.0, -3.0)
-    pool = fresh_particles(100, evidence(cone, near, far, reading=nearest), rng())
+    pool = fresh_particles(100, evidence(cone, near, far, reading=nearest), points())
     assert share(pool, 1, 0) > 20 * share(pool, 2, 0)
 
 
@@ -102,7 +103,7 @@ def test_each_reading_gets_its_share_of_the_hypotheses() -> None:
         Reading(float(np.log(0.7)), 1, relation_named("back", False), 0, False),
         Reading(float(np.log(0.3)), 1, relation_named("left", False), 0, False),
     )
-    pool = fresh_particles(1000, replace(evidence(), readings=both), rng())
+    pool = fresh_particles(1000, replace(evidence(), readings=both), points())
     assert pool.weights[pool.reading == 0].sum() == pytest.approx(0.7, abs=0.03)
     left = pool.take(np.flatnonzero(pool.reading == 1).astype(np.int32))
     ahead = left.landmark_position[:, 0] > 3
@@ -111,31 +112,35 @@ def test_each_reading_gets_its_share_of_the_hypotheses() -> None:
 
 def test_beside_the_robot_needs_no_other_landmark() -> None:
     left = Reading(0.0, 1, relation_named("left", False), None, False)
-    pool = fresh_particles(200, evidence(thing(0, 1, 0.3, 2.6), reading=left), rng())
+    pool = fresh_particles(200, evidence(thing(0, 1, 0.3, 2.6), reading=left), points())
     assert share(pool, 0, -1) > 0.8
     new = pool.take(np.flatnonzero(pool.figure == 1000).astype(np.int32))
-    assert np.mean(new.figure_position[:, 1] > 0) > 0.9
+    assert np.mean(new.figure_position[:, 1] > 0) > 0.85
 
 
 def test_the_order_of_particles_means_nothing() -> None:
     facts = evidence(thing(0, 0, 6.0, 0.0), thing(1, 1, 9.0, 0.0))
-    pool = fresh_particles(100, facts, rng())
+    pool = fresh_particles(100, facts, points())
     order = rng().permutation(len(pool)).astype(np.int32)
     np.testing.assert_array_equal(
         log_target(pool.take(order), facts), log_target(pool, facts)[order]
     )
-    a, b = pool.resampled(4000, rng()), pool.take(order).resampled(4000, rng())
+    a, b = pool.resampled(4000, 0.5), pool.take(order).resampled(4000, 0.5)
     assert share(a, 1, 0) == pytest.approx(share(b, 1, 0), abs=1e-3)
     np.testing.assert_allclose(a.figure_position.mean(0), b.figure_position.mean(0), atol=0.05)
 
 
-def test_systematic_resampling_keeps_each_share_within_one_copy() -> None:
+def test_resampling_keeps_each_share_within_one_copy() -> None:
     weights = np.array([0.05, 0.5, 0.15, 0.3])
     named = replace(empty_particles(4), figure=np.arange(4, dtype=np.int32))
-    drawn = named.weighted(np.log(weights)).resampled(100, rng())
+    drawn = named.weighted(np.log(weights)).resampled(100, 0.3)
     counts = np.bincount(drawn.figure, minlength=4)
     assert (np.abs(counts - 100 * weights) <= 1).all()
     assert drawn.effective == pytest.approx(100.0)
+
+
+def points() -> EvenPoints:
+    return EvenPoints(rng())
 
 
 def rng() -> np.random.Generator:

@@ -136,7 +136,7 @@ def test_weights_read_back_are_those_that_were_learned() -> None:
 
 def test_the_prior_is_the_density_of_its_samples() -> None:
     rng = np.random.default_rng(0)
-    places = prior.sample_places(rng, VIEWER, 20_000)
+    places = prior.places_at(rng.random((20_000, 3)), VIEWER)
     shifted = places + 0.5
     # E[q / p] over samples of p is the integral of q.
     ratio = np.exp(prior.log_place(shifted, VIEWER) - prior.log_place(places, VIEWER))

@@ -78,10 +78,10 @@ def share_behind(belief: MapBelief, figure: str, landmark: str) -> float:
 def test_after_a_statement_the_instruction_is_about_the_thing_that_was_stated() -> None:
     talk = Talk()
     talk.say("there is a hydrant behind the building")
-    assert share_behind(talk.belief, "hydrant", "building") > 0.9
+    assert share_behind(talk.belief, "hydrant", "building") > 0.85
     talk.say("go to the hydrant")
     assert talk.belief.instruction_id == "i1"
-    assert share_behind(talk.belief, "hydrant", "building") > 0.7
+    assert share_behind(talk.belief, "hydrant", "building") > 0.65
 
 
 def test_without_the_statement_the_hydrant_may_be_anywhere() -> None:
@@ -108,7 +108,7 @@ def test_extra_information_moves_the_hypotheses_of_what_runs() -> None:
     talk.say("the cone is near the tree", "i0")
     assert len(talk.beliefs) == before + 1
     assert talk.belief.instruction_id == "i0"
-    assert share_behind(talk.belief, "hydrant", "cone") > 0.9
+    assert share_behind(talk.belief, "hydrant", "cone") > 0.8
 
 
 def test_a_clue_tells_two_landmarks_apart() -> None:
@@ -133,7 +133,7 @@ def test_a_correction_replaces_where_it_is() -> None:
     talk.say("go to the hydrant behind the cone")
     talk.say("no, the one behind the tree", "i0")
     assert talk.belief.instruction_id == "i0"
-    assert share_behind(talk.belief, "hydrant", "tree") > 0.9
+    assert share_behind(talk.belief, "hydrant", "tree") > 0.85
     assert share_behind(talk.belief, "hydrant", "cone") < 0.1
 
 
