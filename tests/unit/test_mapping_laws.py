@@ -119,7 +119,7 @@ log_weights = st.lists(
 def test_weights_are_a_distribution_whatever_they_are_made_of(values: list[float]) -> None:
     count = len(values)
     rows, zeros = np.zeros(count, np.int32), np.zeros((count, 2))
-    bare = Particles(np.zeros(count), rows, rows, rows, zeros, zeros)
+    bare = Particles(np.zeros(count), rows, rows, rows, zeros, zeros, rows)
     made = bare.weighted(np.array(values))
     assert made.weights.sum() == pytest.approx(1.0)
     assert (made.weights >= 0).all()
