@@ -65,8 +65,9 @@ class Particles:
             if not np.isfinite(log_weight).any():
                 log_weight = np.zeros(len(log_weight))
         top = log_weight.max()
-        total = top + np.log(np.exp(log_weight - top).sum())
-        return replace(self, log_weight=log_weight - total, log_total=float(total))
+        shifted = log_weight - top
+        rest = np.log(np.exp(shifted).sum())
+        return replace(self, log_weight=shifted - rest, log_total=float(top + rest))
 
     def resampled(self, count: int, start: float) -> "Particles":
         """`count` hypotheses of equal weight, evenly spread (see `even.copies`).
