@@ -49,6 +49,7 @@ def bench(
     name: Annotated[str, tyro.conf.Positional],
     runs: int | None = None,
     workers: int = 1,
+    cluster: tuple[str, ...] | None = None,
     seed: int = 0,
     json: bool = False,
     plot: Path | None = None,
@@ -60,12 +61,15 @@ def bench(
             mapping, perception, runtime, or all.
         runs: how often each thing is tried or timed; by default as many as the experiment wants.
         workers: processes that may work at once; what measures time uses one.
+        cluster: spread episodes with Ray: over the cluster at an address (HOST:PORT, ray://HOST:PORT
+            or auto), without an address over this machine. Same seeds, same results.
         seed: decides every random choice.
         json: one JSON document on stdout.
         plot: folder for the document, the rows (CSV) and the figure (PNG).
     """
     names = _chosen(name, runs, workers)
-    reports = [_run(one, runs, workers, seed, plot) for one in names]
+    address = _address(cluster)
+    reports = [_run(one, runs, workers, address, seed, plot) for one in names]
     if json:
         documents = [msgspec.to_builtins(report) for report in reports]
         print_json({"bench": ALL, "benches": documents} if name == ALL else documents[0])
@@ -84,7 +88,26 @@ def _chosen(name: str, runs: int | None, workers: int) -> list[str]:
     return list(BENCHES) if name == ALL else [name]
 
 
-def _run(name: str, runs: int | None, workers: int, seed: int, plot: Path | None) -> "Report":
+def _address(cluster: tuple[str, ...] | None) -> str | None:
+    """Where the cluster is, "" for one that is started here, None for none."""
+    if cluster is None:
+        return None
+    if len(cluster) > 1:
+        raise UserError(f"--cluster {' '.join(cluster)}; allowed: one address, or none")
+    from sim.experiments.spread import LOCAL, require_ray
+
+    require_ray()
+    return cluster[0] if cluster else LOCAL
+
+
+def _run(
+    name: str,
+    runs: int | None,
+    workers: int,
+    cluster: str | None,
+    seed: int,
+    plot: Path | None,
+) -> "Report":
     from services.runtime.provenance import git_revision, machine_description
     from sim.experiments.report import Report, Settings
 
@@ -94,6 +117,7 @@ def _run(name: str, runs: int | None, workers: int, seed: int, plot: Path | None
         workers=workers,
         seed=seed,
         progress=lambda doing: say(f"{name}: {doing}"),
+        cluster=cluster,
     )
     started = time.monotonic()
     found = _function(wanted.measure)(settings)

@@ -18,7 +18,7 @@ def measure(settings: Settings) -> Outcome:
     count = max(10, settings.runs // 3)
     runs = dict.fromkeys(("ours", *ABLATIONS), count)
     jobs = [j for row in TABLE_ROWS for j in jobs_of(row.scenario, runs, settings.seed, perception)]
-    results = run_jobs(jobs, settings.workers, progress_lines(settings.progress))
+    results = run_jobs(jobs, settings, progress_lines(settings.progress))
     rng = np.random.default_rng(settings.seed)
     metrics = (SUCCESS, EFFICIENCY, DISTANCE)
     return Outcome(

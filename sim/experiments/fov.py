@@ -40,7 +40,7 @@ def measure(settings: Settings) -> Outcome:
     scenarios = [seen_to(one, reach) for one in RELATIONS.values() for reach in RANGES_M]
     runs: dict[Arm, int] = {"ours": settings.runs, "known": min(settings.runs, 10)}
     jobs = [job for one in scenarios for job in jobs_of(one, runs, settings.seed, perception)]
-    results = run_jobs(jobs, settings.workers, progress_lines(settings.progress))
+    results = run_jobs(jobs, settings, progress_lines(settings.progress))
     rng = np.random.default_rng(settings.seed)
     rows: list[Row] = []
     for scenario in scenarios:

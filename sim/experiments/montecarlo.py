@@ -1,15 +1,9 @@
-"""Many episodes: one for each arm and seed, in parallel processes, every one counted.
-
-An episode depends on its seed alone, so the results are the same for any number of workers.
-"""
+"""Many episodes: one for each arm and seed, every one counted."""
 
 import math
-import os
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from multiprocessing import get_context
 
 import numpy as np
 from msgspec import Struct
@@ -20,7 +14,8 @@ from schemas.task import Failure
 from sim.experiments.arms import Arm
 from sim.experiments.episode import Episode, Trial
 from sim.experiments.perception_model import PerceptionSettings
-from sim.experiments.report import RESAMPLES, Interval, Row, rate_row
+from sim.experiments.report import RESAMPLES, Interval, Row, Settings, rate_row
+from sim.experiments.spread import finished
 from sim.scenes.object_relative import GOAL
 
 REACHED_M = 1.5
@@ -117,25 +112,13 @@ def run_job(job: Job) -> Result:
     )
 
 
-def run_jobs(jobs: Sequence[Job], workers: int, progress: Progress) -> list[Result]:
+def run_jobs(jobs: Sequence[Job], settings: Settings, progress: Progress) -> list[Result]:
     """All results, in the order of the jobs."""
     results: dict[int, Result] = {}
-    for number, result in _finished(jobs, workers):
+    for number, result in finished(run_job, jobs, settings.workers, settings.cluster):
         results[number] = result
         progress(len(results), len(jobs), result)
     return [results[number] for number in range(len(jobs))]
-
-
-def _finished(jobs: Sequence[Job], workers: int) -> Iterator[tuple[int, Result]]:
-    if workers == 1:
-        yield from ((number, run_job(job)) for number, job in enumerate(jobs))
-        return
-    # Workers inherit the environment: several threads for matrices this small only cost time.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        numbers = {pool.submit(run_job, job): number for number, job in enumerate(jobs)}
-        for done in as_completed(numbers):
-            yield numbers[done], done.result()
 
 
 def jobs_of(

@@ -88,6 +88,8 @@ class Settings:
     seed: int
     progress: Callable[[str], None]
     """Told what is being done."""
+    cluster: str | None = None
+    """Address of a Ray cluster that episodes are spread over, "" to start one; None is none."""
 
 
 @dataclass(frozen=True)

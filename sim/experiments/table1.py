@@ -74,7 +74,7 @@ def measure(settings: Settings) -> Outcome:
     perception = PerceptionSettings()
     runs = runs_of(settings.runs, BASELINES)
     jobs = [j for row in ROWS for j in jobs_of(row.scenario, runs, settings.seed, perception)]
-    results = run_jobs(jobs, settings.workers, progress_lines(settings.progress))
+    results = run_jobs(jobs, settings, progress_lines(settings.progress))
     rng = np.random.default_rng(settings.seed)
     return Outcome(
         rows=tuple(made for row in ROWS for made in rows_of(row, results, rng)),

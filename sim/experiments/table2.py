@@ -88,7 +88,7 @@ def measure(settings: Settings) -> Outcome:
             perception,
         )
     ]
-    results = run_jobs(jobs, settings.workers, progress_lines(settings.progress))
+    results = run_jobs(jobs, settings, progress_lines(settings.progress))
     rng = np.random.default_rng(settings.seed)
     return Outcome(
         rows=tuple(row for scenario in SCENARIOS for row in rows_of(scenario, results, rng)),

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from schemas.errors import UserError
+from schemas.errors import MissingComponentError, UserError
 from services.commands import bench
 from sim.experiments.bench_figures import draw_rows
 from sim.experiments.report import (
@@ -178,3 +178,16 @@ def test_errors_name_what_is_allowed() -> None:
 @pytest.mark.parametrize("name", bench.BENCHES)
 def test_help_names_every_bench(name: str) -> None:
     assert name in (bench.bench.__doc__ or "")
+
+
+def test_without_ray_a_cluster_is_refused_with_the_remedy(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(MissingComponentError, match=r"pip install 'ray>=2\.50'"):
+        bench.bench("fov", cluster=())
+
+
+def test_a_cluster_has_one_address() -> None:
+    with pytest.raises(UserError, match="--cluster a b; allowed: one address"):
+        bench.bench("fov", cluster=("a", "b"))

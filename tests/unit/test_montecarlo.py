@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from schemas.task import Failure
-from sim.experiments.arms import BASELINES
+from sim.experiments.arms import BASELINES, Arm
 from sim.experiments.fov import RANGES_M, RELATIONS, seen_to
 from sim.experiments.montecarlo import (
     Job,
@@ -21,6 +21,8 @@ from sim.experiments.montecarlo import (
     success_row,
 )
 from sim.experiments.perception_model import PerceptionSettings
+from sim.experiments.report import Settings
+from sim.experiments.spread import LOCAL
 from sim.experiments.table1 import ROWS, rows_of, runs_of
 
 SCENARIO = Scenario(
@@ -83,14 +85,31 @@ def test_fields_of_view_differ_in_range_alone() -> None:
     assert {one.world for one in reached} == {SCENARIO.world}
 
 
+def settings(workers: int, cluster: str | None = None) -> Settings:
+    return Settings(runs=1, workers=workers, seed=0, progress=lambda text: None, cluster=cluster)
+
+
+def results_of(jobs: list[Job], settings: Settings) -> list[Result]:
+    return run_jobs(jobs, settings, lambda done, total, result: None)
+
+
 @pytest.mark.slow
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(600)
 def test_results_do_not_depend_on_the_number_of_workers() -> None:
     jobs = [Job(SCENARIO, arm, 0, PerceptionSettings(), 20) for arm in ("ours", *BASELINES)]
-    alone = run_jobs(jobs, 1, lambda done, total, result: None)
-    assert alone == run_jobs(jobs, 2, lambda done, total, result: None)
+    alone = results_of(jobs, settings(workers=1))
+    assert alone == results_of(jobs, settings(workers=2))
     assert [one.arm for one in alone] == [job.arm for job in jobs]
     assert all(one.success for one in alone if one.arm == "known")
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_a_cluster_gives_the_same_results() -> None:
+    pytest.importorskip("ray", reason="the extra `cluster` is not installed")
+    arms: tuple[Arm, ...] = ("ours", "known", "pomcp")
+    jobs = [Job(SCENARIO, arm, 1, PerceptionSettings(), 20) for arm in arms]
+    assert results_of(jobs, settings(1, LOCAL)) == results_of(jobs, settings(1))
 
 
 @pytest.mark.slow
