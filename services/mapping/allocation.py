@@ -22,6 +22,8 @@ _sure = 0.5
 _without_door = 0.1
 """Share of conflicts to believe in where the robot passed no narrow place: classifiers err."""
 _has_mode = 0.3
+_one_place = 0.6
+"""Least mutual sight of regions that may be one place."""
 _observed = 0.5
 """Overlap of scans from which one region is seen from the other."""
 _certain = 1e-12
@@ -32,8 +34,6 @@ class Branch:
     """Particles that have made the same decisions."""
 
     topology: Topology
-    log_prior: float
-    """Of all decisions, up to a constant that all branches share."""
     rows: Ints
     """(n,) particles."""
     uniforms: Floats
@@ -48,8 +48,8 @@ class Branch:
         do, u = self.uniforms < p, self.uniforms
         yes, no = max(p, _certain), max(1 - p, _certain)
         return (
-            Branch(self.topology, self.log_prior + np.log(yes), self.rows[do], u[do] / yes),
-            Branch(self.topology, self.log_prior + np.log(no), self.rows[~do], (u[~do] - p) / no),
+            Branch(self.topology, self.rows[do], u[do] / yes),
+            Branch(self.topology, self.rows[~do], (u[~do] - p) / no),
         )
 
     def at(self, topology: Topology) -> "Branch":
@@ -63,7 +63,8 @@ class Topologies:
 
     members: tuple[Topology, ...]
     log_prior: Floats
-    """(K,) of the decisions that led to each, up to a constant."""
+    """(K,) of each by the decisions that led to it, up to a constant. What one was believed to be
+    its particles take with them, in equal parts, whatever becomes of them."""
 
     def partitions(self) -> dict[Partition, Ints]:
         """Topologies by how they divide the pose nodes, which is all that looks depend on."""
@@ -90,18 +91,20 @@ def propagate(
         uniforms: (P,) in [0, 1), of each particle.
         atlas: what the sensors say.
     """
+    share = topologies.log_prior - np.log(np.bincount(owner, minlength=len(topologies.members)))
+    found: dict[Topology, float] = {}
     branches: list[Branch] = []
     for index, topology in enumerate(topologies.members):
         rows = np.flatnonzero(owner == index).astype(np.int32)
-        start = Branch(topology, float(topologies.log_prior[index]), rows, uniforms[rows])
-        branches += [branch for branch in allocate(start, atlas) if len(branch.rows)]
-    members = tuple(dict.fromkeys(branch.topology for branch in branches))
-    log_prior, after = np.full(len(members), -np.inf), np.zeros_like(owner)
+        for branch in allocate(Branch(topology, rows, uniforms[rows]), atlas):
+            if len(branch.rows):
+                mass = share[index] + np.log(len(branch.rows))
+                found[branch.topology] = np.logaddexp(found.get(branch.topology, -np.inf), mass)
+                branches.append(branch)
+    members, after = list(found), np.zeros_like(owner)
     for branch in branches:
-        index = members.index(branch.topology)
-        log_prior[index] = np.logaddexp(log_prior[index], branch.log_prior)
-        after[branch.rows] = index
-    return Topologies(members, log_prior), after
+        after[branch.rows] = members.index(branch.topology)
+    return Topologies(tuple(members), np.array(list(found.values()))), after
 
 
 def allocate(branch: Branch, atlas: Atlas) -> list[Branch]:
@@ -128,7 +131,7 @@ def _conflict(region: Region, node: int, atlas: Atlas) -> float:
     mode, (before, here) = np.argmax(beliefs, axis=1), np.exp(beliefs.max(axis=1)).tolist()
     if mode[0] == mode[1] or min(before, here) < _sure:
         return 0.0
-    return before * here * (1.0 if atlas.through_door else _without_door)
+    return before * here * (1.0 if atlas.behind_door & set(rest) else _without_door)
 
 
 def _divide(
@@ -181,12 +184,14 @@ def _seen_from(branch: Branch, node: int, atlas: Atlas) -> list[Branch]:
 def _merge(branch: Branch, name: int, atlas: Atlas) -> list[Branch]:
     """Merge a region with connected ones of its type that it is not separated from.
 
-    Of the same type alone is not enough: two hallways that touch at a corner stay two. What would
-    not be divided is one.
+    Of the same type alone is not enough: two hallways that touch at a corner stay two, each of
+    which sees little of the other. What would not be divided is one.
     """
     branches, done = [branch], list[Branch]()
     own = branch.topology.region_of(name)
     for other in _alike(own, branch.topology, atlas):
+        if atlas.mutual_sight(own, other) < _one_place:
+            continue
         apart = split_probability(atlas.separation(own, other))
         pending: list[Branch] = []
         for each in branches:

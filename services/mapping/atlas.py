@@ -10,7 +10,7 @@ from services.mapping.outlines import Outline, overlaps
 from services.mapping.segmentation import Cut, bisect, normalised_cut
 from services.mapping.topology import Partition, Region, Topology, assignment
 
-_same_stand = 0.75
+_same_stand = 0.95
 """Looks from closer together are alike [m]."""
 _sees = 0.3
 """Overlap of scans from which a node is near another one, and not behind its wall."""
@@ -36,8 +36,8 @@ class Atlas:
         """Of each node the first one that stood about here."""
         self.overlap: Floats = np.zeros((0, 0))
         """(N, N) similarity of scans; 0 where there is none."""
-        self.through_door = False
-        """Whether the robot passed a narrow place on its way to the last node."""
+        self.behind_door: frozenset[int] = frozenset()
+        """Recent nodes from which a narrow place leads to the last one."""
         self._outlines: list[Outline | None] = []
         self._cuts: dict[tuple[int, ...], Cut] = {}
 
@@ -62,7 +62,8 @@ class Atlas:
         """Look at the ground between the last node and those just before it."""
         points = self.poses[-recent:, :2]
         ends = np.tile(points[-1], (len(points) - 1, 1))
-        self.through_door = not floor.open_between(points[:-1], ends).all()
+        closed = np.flatnonzero(~floor.open_between(points[:-1], ends))
+        self.behind_door = frozenset((closed + len(self) - len(points)).tolist())
 
     def nearest(self, node: int, topology: Topology) -> Region:
         """The region of the nearest earlier node that is not behind a wall."""
@@ -91,6 +92,11 @@ class Atlas:
             return 0.0
         both = a + b
         return normalised_cut(self.overlap[np.ix_(both, both)], np.arange(len(both)) < len(a))
+
+    def mutual_sight(self, one: Region, other: Region) -> float:
+        """How much of the nodes' sight the best nodes of the other region share, on average."""
+        between = self.overlap[np.ix_(one.nodes, other.nodes)]
+        return float(min(between.max(axis=1).mean(), between.max(axis=0).mean()))
 
     def type_beliefs(self, partition: Partition) -> tuple[Floats, Floats]:
         """Log distributions (R, T) over the types of regions, and log evidence (R,)."""

@@ -16,6 +16,7 @@ from services.mapping.particles import (
     hypothesised_landmark,
 )
 from services.mapping.target import missed
+from services.mapping.topology import Topology, assignment
 
 _prior_existence = 0.9
 _typical_height, _room_height = 0.8, 2.5
@@ -40,7 +41,8 @@ def belief_of(
 ) -> MapBelief:
     """What was seen once, then each particle's hypothesised figure and landmark."""
     particles = semantic.particles
-    rows = _stacked([*_seen(semantic), _figures(semantic), _landmarks(semantic)])
+    topologies, topology = _distinct(semantic)
+    rows = _stacked([*_seen(semantic, topologies), _figures(semantic), _landmarks(semantic)])
     return MapBelief(
         stamp_ns=stamp_ns,
         instruction_id=instruction_id,
@@ -56,9 +58,9 @@ def belief_of(
         existence=rows.existence,
         figure=particles.figure,
         landmark=particles.landmark,
-        topology=particles.topology,
-        node_regions=_node_regions(semantic),
-        region_edges=_region_edges(semantic),
+        topology=topology,
+        node_regions=_node_regions(topologies, len(semantic.backbone.trajectory)),
+        region_edges=_region_edges(topologies),
         viewer=semantic.viewer,
         map_from_odom=semantic.backbone.map_from_odom,
         map_from_base=semantic.backbone.locate(odom_from_base),
@@ -72,19 +74,33 @@ def _stacked(blocks: list[_Rows]) -> _Rows:
     return _Rows(**{n: np.concatenate([getattr(block, n) for block in blocks]) for n in names})
 
 
-def _seen(semantic: SemanticFilter) -> list[_Rows]:
+def _distinct(semantic: SemanticFilter) -> tuple[list[Topology], Ints]:
+    """Topologies that look different, none for robots without places, and each particle's (P,).
+
+    Those that differ in what they declined alone are one to everybody else.
+    """
+    found: dict[tuple[object, ...], Topology] = {}
+    numbers: list[int] = []
+    for topology in semantic.topologies.members:
+        key = (topology.partition, topology.edges)
+        found.setdefault(key, topology)
+        numbers.append(list(found).index(key))
+    renamed = np.array(numbers, np.int32)[semantic.particles.topology]
+    return [] if semantic.places is None else list(found.values()), renamed
+
+
+def _seen(semantic: SemanticFilter, topologies: list[Topology]) -> list[_Rows]:
     """Objects, places that were looked into, and the regions of each topology."""
     heights = [float(thing.extent[2]) for thing in semantic.objects.confirmed]
     found = [_rows(semantic.objects.columns, shared, np.array(heights))]
-    places = semantic.places
-    if places is None:
+    if (places := semantic.places) is None:
         return found
     blocks = [(shared, places.glimpses)]
-    for index, topology in enumerate(semantic.topologies.members):
+    for index, topology in enumerate(topologies):
         blocks.append((first_topology - index, places.seen(topology.partition).regions))
-    return found + [
-        _rows(things, owner, np.full(len(things.number), _room_height)) for owner, things in blocks
-    ]
+    for owner, things in blocks:
+        found.append(_rows(things, owner, np.full(len(things.number), _room_height)))
+    return found
 
 
 def _rows(things: ObjectColumns, owner: int, height: Floats) -> _Rows:
@@ -101,21 +117,19 @@ def _rows(things: ObjectColumns, owner: int, height: Floats) -> _Rows:
     )
 
 
-def _node_regions(semantic: SemanticFilter) -> Ints:
-    count, members = len(semantic.backbone.trajectory), semantic.topologies.members
-    if semantic.places is None:
-        return np.zeros((0, count), np.int32)
-    names = np.zeros((len(members), count), np.int32)
-    for index, topology in enumerate(members):
-        for region in topology.regions:
-            names[index, list(region.nodes)] = first_region + region.name
-    return names
+def _node_regions(topologies: list[Topology], count: int) -> Ints:
+    partitions = [topology.partition for topology in topologies]
+    names = [
+        np.array([nodes[0] for nodes in partition])[assignment(partition, count)]
+        for partition in partitions
+    ]
+    return first_region + np.array(names, np.int32).reshape(-1, count)
 
 
-def _region_edges(semantic: SemanticFilter) -> Ints:
+def _region_edges(topologies: list[Topology]) -> Ints:
     edges = [
         (index, first_region + one, first_region + other)
-        for index, topology in enumerate(semantic.topologies.members)
+        for index, topology in enumerate(topologies)
         for one, other in sorted(topology.edges)
     ]
     return np.array(edges, np.int32).reshape(-1, 3)

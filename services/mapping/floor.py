@@ -15,6 +15,12 @@ _wide = 2.0
 """More clearance than this makes no difference [m]."""
 _narrow = 0.75
 """A way that narrows to less than this share of what both its ends have passes a doorway."""
+_doorway = 0.85
+"""Half the width of doorways, at most [m]."""
+_roomy = 1.0
+"""Less clearance than this near a place may be a doorway's [m]."""
+_end = 0.5
+_directions = np.array([[0, 0], [1, 0], [0, 1], [-1, 0], [0, -1]], np.float64)
 _samples = 26
 _unknown_share = 0.2
 
@@ -40,6 +46,24 @@ class Floor:
         narrow = clear.min(axis=1) < _narrow * np.minimum(clear[:, 0], clear[:, -1])
         unknown = np.mean(~self.free[row, column], axis=1) > _unknown_share
         return ~(narrow | unknown | self.occupied[row, column].any(axis=1))
+
+    def wide_between(self, starts: Floats, ends: Floats) -> Flags:
+        """Whether the ways between places (n, 2) and (n, 2) are as wide as no doorway is.
+
+        Next to a wall it is narrow too; there the room beside the place counts.
+        """
+        share = np.linspace(0.0, 1.0, _samples)[:, None]
+        step = (ends - starts)[:, None]
+        clear = self.clearance[self._cells(starts[:, None] + share * step)]
+        way = share[:, 0] * np.linalg.norm(step, axis=2)
+        inner = (way > _end) & (way[:, ::-1] > _end)
+        room = np.minimum(self._room(starts), self._room(ends))
+        return (np.where(inner, clear, np.inf).min(axis=1) > _doorway) & (room > _roomy)
+
+    def _room(self, points: Floats) -> Floats:
+        """Most clearance (n,) that there is within a step of points (n, 2) [m]."""
+        around = points[:, None] + _end * _directions
+        return self.clearance[self._cells(around)].max(axis=1)
 
     def coarse(self, layer: Flags, side: float) -> Flags:
         """A layer in blocks of `side`, a multiple of the grid's: shape (Y', s, X', s)."""

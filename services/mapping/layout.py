@@ -65,8 +65,7 @@ def layout_of(nodes: Floats, spots: Floats, agrees: Floats, grid: Grid) -> Layou
     Args:
         nodes: map frame [m].
         spots: map frame [m].
-        agrees: (M, N) how much better one type of place explains a spot and a node than two;
-            below 1 they are two places even if nothing lies between.
+        agrees: (M, N) how much better one type of place explains a spot and a node than two.
         grid: what the range finder saw.
     """
     points = np.concatenate([nodes, spots])
@@ -88,10 +87,12 @@ def _linked(spots: Floats, nodes: Floats, agrees: Floats, floor: Floor) -> Ints:
         return linked
     for column in _nearest(nodes, spots):
         rows = np.flatnonzero((linked < 0) & (column < len(nodes)))
-        open_way = floor.open_between(spots[rows], nodes[column[rows]])
-        linked[rows] = np.where(
-            open_way & (agrees[rows, column[rows]] > _two_places), column[rows], -1
-        )
+        near = column[rows]
+        # Near a doorway one stands in two places, and what they look like decides.
+        wide = floor.wide_between(spots[rows], nodes[near])
+        one_place = wide | (agrees[rows, near] > _two_places)
+        open_way = floor.open_between(spots[rows], nodes[near])
+        linked[rows] = np.where(open_way & one_place, near, -1)
     return linked
 
 

@@ -1,35 +1,68 @@
 """What the filter makes of rooms and hallways, told by a synthetic building."""
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 
+import msgspec
 import numpy as np
 import pytest
 
 from robots.symbols import SYMBOL_SPACES
-from schemas.belief import MapBelief
+from schemas import topics
+from schemas.belief import MapBelief, OccupancyGrid
 from schemas.codec import decode, encode
+from schemas.health import Fault
+from schemas.run import RunConfig
+from services.mapping.allocation import Topologies
 from services.mapping.belief import belief_of
 from services.mapping.filter import SemanticFilter
+from services.mapping.node import MappingNode
 from services.mapping.restoration import restore
 from tests.building import CLASSES, Building, means, room_hall_room
 
-INTO_THE_HALL = ((3.0, 2.6), (5.5, 3.0), (11.0, 3.0))
-INTO_THE_KITCHEN = (*INTO_THE_HALL, (14.7, 3.0), (14.7, 6.8))
+Way = tuple[tuple[float, float], ...]
+
+TO_THE_HALL: Way = ((3.0, 2.6), (5.5, 3.0), (11.0, 3.0))
+TO_THE_DOOR: Way = ((14.7, 3.0), (14.7, 3.2))
+TO_THE_KITCHEN: Way = ((14.7, 6.8),)
+BACK: Way = ((14.7, 3.0), (5.5, 3.0), (2.0, 2.0))
 
 
 def belief_in(building: Building, semantic: SemanticFilter) -> MapBelief:
     return belief_of(semantic, building.time_ns, "i", building.odometry)
 
 
-def walked(
-    *way: tuple[float, float], looks: bool = True, seed: int = 0
-) -> tuple[Building, SemanticFilter]:
+def started(seed: int = 0) -> tuple[Building, SemanticFilter]:
     building = room_hall_room()
     semantic = building.filter(seed=seed)
     semantic.hear((means("kitchen"),), building.odometry)
-    building.sense(semantic, looks)
-    building.walk(semantic, *way, looks=looks)
+    building.sense(semantic)
     return building, semantic
+
+
+@dataclass
+class Tour:
+    """Beliefs at the stations of one walk."""
+
+    building: Building
+    hall: MapBelief
+    door: MapBelief
+    kitchen: MapBelief
+    grid: OccupancyGrid
+    """In the kitchen."""
+    back: MapBelief
+
+
+@pytest.fixture(scope="module")
+def tour() -> Tour:
+    building, semantic = started()
+    beliefs: list[MapBelief] = []
+    grids: list[OccupancyGrid] = []
+    for way in (TO_THE_HALL, TO_THE_DOOR, TO_THE_KITCHEN, BACK):
+        building.walk(semantic, *way)
+        beliefs.append(belief_in(building, semantic))
+        grids.append(semantic.grid.message(building.time_ns))
+    return Tour(building, *beliefs[:3], grids[2], beliefs[3])
 
 
 def share(belief: MapBelief, holds: Callable[[int], bool]) -> float:
@@ -37,114 +70,178 @@ def share(belief: MapBelief, holds: Callable[[int], bool]) -> float:
     return sum(w for w, k in zip(belief.weights, belief.topology.tolist(), strict=True) if holds(k))
 
 
-def names_along(belief: MapBelief, topology: int) -> list[int]:
-    """Names of the regions in the order in which the robot came into them."""
-    return list(dict.fromkeys(belief.node_regions[topology].tolist()))
+def share_here(belief: MapBelief, kind: str) -> float:
+    """Weight of the hypotheses in which the robot stands in a place of a type."""
+
+    def is_here(topology: int) -> bool:
+        here = belief.node == belief.node_regions[topology][-1]
+        own = here & (belief.particle == -2 - topology)
+        return {CLASSES[index] for index in belief.class_index[own]} == {kind}
+
+    return share(belief, is_here)
+
+
+def meant(belief: MapBelief) -> np.ndarray:
+    """Rows (P,) of the figures."""
+    return belief.row_of(np.arange(len(belief.weights), dtype=np.int32), belief.figure)
 
 
 def test_a_room_and_a_hallway_are_told_apart_at_the_door_by_scans_alone() -> None:
-    building, semantic = walked(*INTO_THE_HALL, (17.0, 3.0), looks=False)
+    building = room_hall_room()
+    semantic = building.filter()
+    building.walk(semantic, *TO_THE_HALL, (17.0, 3.0), looks=False)
     belief = belief_in(building, semantic)
     x = belief.trajectory[:, 0] + building.start[0]
 
     def divided_at_the_door(topology: int) -> bool:
-        regions = belief.node_regions[topology]
-        first = regions == regions[0]
+        first = belief.node_regions[topology] == 2000
         return not first.all() and 4.5 < x[first].max() < 8.0 and 4.5 < x[~first].min() < 8.0
 
     assert share(belief, divided_at_the_door) > 0.5
 
 
-def test_labels_divide_a_kitchen_from_the_hallway_as_soon_as_it_is_entered() -> None:
-    building, semantic = walked(*INTO_THE_KITCHEN[:-1], (14.7, 5.8))
-    belief = belief_in(building, semantic)
-
-    def has_a_kitchen(topology: int) -> bool:
-        own = (belief.particle == -2 - topology) & (
-            belief.node == belief.node_regions[topology][-1]
-        )
-        return CLASSES[belief.class_index[own][0]] == "kitchen"
-
-    assert share(belief, has_a_kitchen) > 0.6
+def test_labels_divide_places_as_soon_as_they_are_entered(tour: Tour) -> None:
+    assert share_here(tour.hall, "hallway") > 0.6
+    assert share_here(tour.kitchen, "kitchen") > 0.6
 
 
-def test_a_seen_kitchen_is_what_is_meant_and_a_hallway_is_not() -> None:
-    building, semantic = walked(*INTO_THE_HALL)
-    seen = belief_in(building, semantic)
-    rows = seen.row_of(np.arange(100, dtype=np.int32), seen.figure)
-    here = np.array([building.room(place) for place in seen.position[rows]])
-    assert seen.weights[np.isin(here, ("hallway", "lab"))].sum() < 0.05
-    building.walk(semantic, *INTO_THE_KITCHEN[-2:])
-    belief = belief_in(building, semantic)
-    meant = belief.row_of(np.arange(100, dtype=np.int32), belief.figure)
-    is_seen = belief.seen[meant]
-    assert belief.weights[is_seen].sum() > 0.6
-    assert {CLASSES[c] for c in belief.class_index[meant[is_seen]]} == {"kitchen"}
-    found = np.average(belief.position[meant[is_seen]], axis=0)
-    assert building.room(found) == "kitchen"
+def test_a_hypothesised_kitchen_dies_where_a_hallway_or_a_lab_was_seen(tour: Tour) -> None:
+    places = tour.hall.position[meant(tour.hall)]
+    inside = [tour.building.room(place) for place in places]
+    assert tour.hall.weights[np.isin(inside, ("hallway", "lab"))].sum() < 0.05
+    assert tour.hall.weights[np.array(inside) == ""].sum() > 0.5
 
 
-def test_a_kitchen_that_is_only_looked_into_is_known_already() -> None:
-    building, semantic = walked(*INTO_THE_HALL, (14.7, 3.0), (14.7, 3.2))
-    belief = belief_in(building, semantic)
-    far = (belief.particle == -1) & (belief.node >= 3000)
-    kitchens = far & (belief.class_index == CLASSES.index("kitchen"))
-    assert [building.room(place) for place in belief.position[kitchens]] == ["kitchen"]
-    assert belief.weights[np.isin(belief.figure, belief.node[kitchens])].sum() > 0.5
+def test_a_seen_kitchen_is_what_is_meant(tour: Tour) -> None:
+    rows = meant(tour.kitchen)
+    seen = tour.kitchen.seen[rows]
+    assert tour.kitchen.weights[seen].sum() > 0.7
+    assert {CLASSES[index] for index in tour.kitchen.class_index[rows[seen]]} == {"kitchen"}
+    middle = np.average(tour.kitchen.position[rows[seen]], axis=0)
+    assert tour.building.room(middle) == "kitchen"
 
 
-def test_coming_back_makes_no_new_places() -> None:
-    building, semantic = walked(*INTO_THE_KITCHEN)
-    before = [len(topology.regions) for topology in semantic.topologies.members]
-    building.walk(semantic, (14.7, 3.0), (5.5, 3.0), (2.0, 2.0))
-    belief = belief_in(building, semantic)
-    rooms = [len(topology.regions) for topology in semantic.topologies.members]
-    shares = np.bincount(belief.topology, belief.weights)
-    assert shares @ rooms < np.mean(before) + 1.0
-    assert share(belief, lambda k: bool(belief.node_regions[k][-1] == 2000)) > 0.8
+def test_a_kitchen_that_is_only_looked_into_is_known_already(tour: Tour) -> None:
+    far = (tour.door.particle == -1) & (tour.door.node >= 3000)
+    kitchens = far & (tour.door.class_index == CLASSES.index("kitchen"))
+    assert [tour.building.room(place) for place in tour.door.position[kitchens]] == ["kitchen"]
+    assert tour.door.weights[np.isin(tour.door.figure, tour.door.node[kitchens])].sum() > 0.5
 
 
-def test_weights_are_normalised_and_messages_survive_the_wire() -> None:
-    building, semantic = walked(*INTO_THE_HALL)
-    belief = belief_in(building, semantic)
-    assert belief.weights.sum() == pytest.approx(1.0)
-    again = decode(encode(belief), MapBelief)
-    np.testing.assert_array_equal(again.node_regions, belief.node_regions)
-    assert belief.node_regions.shape == (belief.topology.max() + 1, len(belief.trajectory))
-    for topology in range(len(belief.node_regions)):
-        rows = belief.node[belief.particle == -2 - topology]
-        assert set(rows.tolist()) == set(belief.node_regions[topology].tolist())
+def test_places_are_as_wide_as_they_are(tour: Tour) -> None:
+    heaviest = int(np.argmax(np.bincount(tour.back.topology, tour.back.weights)))
+    own = tour.back.particle == -2 - heaviest
+    halls = tour.back.extent[own & (tour.back.class_index == CLASSES.index("hallway")), :2]
+    np.testing.assert_allclose(halls.max(axis=0), [12.0, 2.4], atol=1.0)
 
 
-def test_a_restart_keeps_the_places() -> None:
-    building, semantic = walked(*INTO_THE_KITCHEN)
-    before = belief_in(building, semantic)
+def test_coming_back_makes_no_new_places(tour: Tour) -> None:
+    def count(belief: MapBelief) -> float:
+        regions = [len(np.unique(names)) for names in belief.node_regions]
+        return float(np.bincount(belief.topology, belief.weights) @ regions)
+
+    assert count(tour.back) < count(tour.kitchen) + 0.6
+    assert share(tour.back, lambda k: bool(tour.back.node_regions[k][-1] == 2000)) > 0.8
+    assert share_here(tour.back, "lab") > 0.8
+
+
+def test_beliefs_are_normalised_and_survive_the_wire(tour: Tour) -> None:
+    for belief in (tour.hall, tour.door, tour.kitchen, tour.back):
+        assert belief.weights.sum() == pytest.approx(1.0)
+        again = decode(encode(belief), MapBelief)
+        np.testing.assert_array_equal(again.node_regions, belief.node_regions)
+        assert belief.node_regions.shape == (belief.topology.max() + 1, len(belief.trajectory))
+        for topology in range(len(belief.node_regions)):
+            names = belief.node[belief.particle == -2 - topology]
+            assert set(names.tolist()) == set(belief.node_regions[topology].tolist())
+            edges = belief.region_edges[belief.region_edges[:, 0] == topology, 1:]
+            assert set(edges.flatten().tolist()) <= set(names.tolist())
+
+
+def test_a_restart_keeps_the_places(tour: Tour) -> None:
+    building = room_hall_room()
+    building.time_ns = tour.kitchen.stamp_ns
     heir = building.filter(seed=1)
-    restore(heir, decode(encode(before), MapBelief))
-    heir.grid.restore(semantic.grid.message(0))
-    heir.recall(semantic.readings)
+    restore(heir, decode(encode(tour.kitchen), MapBelief))
+    heir.grid.restore(tour.grid)
+    building.pose = building.origin @ tour.kitchen.map_from_base
+    heir.recall((means("kitchen"),))
     after = belief_in(building, heir)
-    assert len(after.trajectory) == len(before.trajectory) + 1
-    np.testing.assert_array_equal(after.node_regions[:, :-1], before.node_regions)
-    np.testing.assert_array_equal(after.figure, before.figure)
-    building.walk(heir, (14.7, 3.0), (9.0, 3.0))
-    end = belief_in(building, heir)
-    hallway = end.class_index == CLASSES.index("hallway")
-    assert (
-        share(
-            end,
-            lambda k: bool(
-                hallway[(end.particle == -2 - k) & (end.node == end.node_regions[k][-1])].all()
-            ),
+    assert len(after.trajectory) == len(tour.kitchen.trajectory) + 1
+    np.testing.assert_array_equal(after.node_regions[:, :-1], tour.kitchen.node_regions)
+    np.testing.assert_array_equal(after.figure, tour.kitchen.figure)
+    assert share_here(after, "kitchen") > 0.6
+    building.walk(heir, *TO_THE_DOOR[:1], (9.0, 3.0))
+    assert share_here(belief_in(building, heir), "hallway") > 0.6
+
+
+def stepped(change: Callable[[SemanticFilter], None]) -> np.ndarray:
+    """Weights after a walk, a change, and one more look without a new pose node."""
+    building, semantic = started()
+    building.walk(semantic, *TO_THE_HALL[:2], (7.9, 3.0))
+    change(semantic)
+    semantic.glance(building.scene())
+    return belief_in(building, semantic).weights
+
+
+def test_a_hypothesis_does_not_depend_on_who_shares_its_topology() -> None:
+    def unshare(semantic: SemanticFilter) -> None:
+        owner = semantic.particles.topology
+        before = semantic.topologies
+        counts = np.bincount(owner, minlength=len(before.members))
+        semantic.topologies = Topologies(
+            tuple(before.members[k] for k in owner), (before.log_prior - np.log(counts))[owner]
         )
-        > 0.6
-    )
+        own = np.arange(len(owner), dtype=np.int32)
+        semantic.particles = replace(semantic.particles, topology=own)
+
+    shared, unshared = stepped(lambda _: None), stepped(unshare)
+    assert np.ptp(shared) > 1e-6
+    np.testing.assert_allclose(unshared, shared, atol=1e-9)
+
+
+def test_names_of_topologies_mean_nothing() -> None:
+    def rename(semantic: SemanticFilter) -> None:
+        count = len(semantic.topologies.members)
+        order = np.random.default_rng(0).permutation(count)
+        members = tuple(semantic.topologies.members[k] for k in order)
+        semantic.topologies = Topologies(members, semantic.topologies.log_prior[order])
+        renamed = np.argsort(order)[semantic.particles.topology].astype(np.int32)
+        semantic.particles = replace(semantic.particles, topology=renamed)
+
+    np.testing.assert_allclose(stepped(rename), stepped(lambda _: None), atol=1e-9)
 
 
 def test_a_robot_without_words_for_places_keeps_none() -> None:
     building = room_hall_room()
     semantic = building.filter(symbols=SYMBOL_SPACES["husky"])
-    building.walk(semantic, *INTO_THE_HALL)
+    building.walk(semantic, *TO_THE_HALL)
     belief = belief_in(building, semantic)
     assert belief.node_regions.shape == (0, len(belief.trajectory))
     assert not len(belief.node)
+    assert set(belief.topology.tolist()) == {0}
+
+
+def test_scene_observations_that_are_late_or_broken_are_no_evidence() -> None:
+    building, node = room_hall_room(), MappingNode(RunConfig(robot="wheelchair"), rng())
+    handlers = node.handlers()
+    building.time_ns = 10**9
+    scene = building.scene()
+    once, twice = MappingNode(RunConfig(robot="wheelchair"), rng()).handlers(), handlers
+    broken = np.full_like(scene.probabilities, np.nan)
+    for takes, messages in (
+        (once, [scene]),
+        (twice, [scene, scene, msgspec.structs.replace(scene, probabilities=broken)]),
+    ):
+        told = [out.message for message in messages for out in takes[topics.SCENE](message)]
+        assert all(isinstance(message, Fault) for message in told)
+        assert len(told) == len(messages) - 1
+    beliefs = [
+        next(iter(takes[topics.DETECTIONS](building.nothing_detected()))).message
+        for takes in (once, twice)
+    ]
+    assert encode(beliefs[0]) == encode(beliefs[1])
+
+
+def rng() -> np.random.Generator:
+    return np.random.default_rng(0)
