@@ -11,6 +11,7 @@ from schemas.geometry import Pose2
 from services.mapping import graph
 from services.mapping.marginals import marginals_of
 from services.mapping.odometer import Odometer, OdometryNoise
+from services.mapping.scan_memory import ScanMemory
 from services.mapping.sightings import Sightings
 
 pose_spacing = 1.0
@@ -78,6 +79,7 @@ class Backbone:
         self._odom_from_node = odom_from_base
         self._odometer = Odometer(odom_from_base)
         self._sightings = Sightings()
+        self._scans = ScanMemory()
         self._isam = gtsam.ISAM2(_parameters())
         problem = graph.Problem()
         graph.add_pose_prior(problem, 0, map_from_base, _anchor_sigmas)
@@ -122,6 +124,10 @@ class Backbone:
         node_from_base = self._odom_from_node.inverse() @ odom_from_base
         self._sightings.add(number, node_from_base, point_base, covariance)
 
+    def scan(self, points: Floats, odom_from_base: Pose2) -> None:
+        """Note what the range finder saw (n, 2), base frame, in the order of its beams."""
+        self._scans.latest = odom_from_base.apply(points)
+
     def extend(self, odom_from_base: Pose2) -> bool:
         """Solve with a new pose node here and all sightings noted since the last one.
 
@@ -137,6 +143,7 @@ class Backbone:
         two beginnings, so that nothing that was mapped is bent, and what is seen again decides.
         """
         self.extend(before)
+        self._scans.latest = None
         return self._add_node(after, Pose2(0.0, 0.0, 0.0), _jump_variances)
 
     @property
@@ -154,8 +161,12 @@ class Backbone:
             graph.add_sighting(problem, replace(sighting, guess=guess))
             seen.append(sighting.object)
         graph.add_motion(problem, graph.Motion(node - 1, node, step, variances, here @ step))
+        points = self._scans.seen_from(odom_from_base)
+        if edge := self._scans.edge(points, here @ step, self._poses):
+            graph.add_match(problem, edge.reference, node, edge.match)
         if not self._solve(problem, node + 1, seen):
             return False
+        self._scans.keep(node, points)
         self._odom_from_node = odom_from_base
         self._odometer.restart(odom_from_base)
         return True

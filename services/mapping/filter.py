@@ -30,6 +30,7 @@ from services.mapping.odometer import OdometryNoise
 from services.mapping.particles import Particles, empty_particles, joined
 from services.mapping.places import Places
 from services.mapping.proposal import fresh_particles
+from services.mapping.scan_memory import points_of
 from services.mapping.sensing import Picture, read_picture
 from services.mapping.target import Evidence, log_target, placed
 from services.mapping.topology import Partition
@@ -142,6 +143,7 @@ class SemanticFilter:
     def scan(self, scan: LaserScan) -> None:
         """Enter a scan into the grid."""
         self.grid.insert(scan, self.backbone.locate(scan.odom_from_base))
+        self.backbone.scan(points_of(scan), scan.odom_from_base)
         if self.places is not None:
             self.places.scan(scan)
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from schemas.arrays import Floats
 from schemas.geometry import Pose2
+from services.mapping.scan_matching import Match
 
 _x, _l = gtsam.symbol_shorthand.X, gtsam.symbol_shorthand.L
 
@@ -77,6 +78,17 @@ def add_motion(problem: Problem, motion: Motion) -> None:
     problem.values.insert(_x(motion.after), gtsam.Pose2(start.x, start.y, start.yaw))
 
 
+def add_match(problem: Problem, before: int, after: int, match: Match) -> None:
+    """Add an edge between two poses whose scans fit one another.
+
+    It is robust: places may look alike.
+    """
+    step = match.before_from_after
+    noise = _robust(gtsam.noiseModel.Gaussian.Covariance(match.covariance))
+    edge = gtsam.Pose2(step.x, step.y, step.yaw)
+    problem.factors.add(gtsam.BetweenFactorPose2(_x(before), _x(after), edge, noise))
+
+
 def add_sighting(problem: Problem, sighting: Sighting) -> None:
     """Add a bearing-range edge that carries the whole planar covariance of the sighting.
 
@@ -86,7 +98,7 @@ def add_sighting(problem: Problem, sighting: Sighting) -> None:
     distance = math.hypot(x, y)
     jacobian = np.array([[-y, x], [x * distance, y * distance]]) / distance**2
     plain = gtsam.noiseModel.Gaussian.Covariance(jacobian @ sighting.covariance @ jacobian.T)
-    noise = gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.Huber.Create(1.345), plain)
+    noise = _robust(plain)
     problem.factors.add(
         gtsam.BearingRangeFactor2D(
             _x(sighting.pose), _l(sighting.object), gtsam.Rot2(math.atan2(y, x)), distance, noise
@@ -94,6 +106,10 @@ def add_sighting(problem: Problem, sighting: Sighting) -> None:
     )
     if sighting.guess is not None:
         problem.values.insert(_l(sighting.object), sighting.guess)
+
+
+def _robust(noise: gtsam.noiseModel.Base) -> gtsam.noiseModel.Robust:
+    return gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.Huber.Create(1.345), noise)
 
 
 def pose_key(pose: int) -> int:
