@@ -97,6 +97,8 @@ class Annotations(Struct, frozen=True, kw_only=True):
     """Instruction that this utterance is about; a revision of that one carries its evidence."""
     viewpoint: str = ""
     """Id of the utterance at whose moment the relations hold, "" for this one."""
+    not_meant: tuple[int, ...] = ()
+    """Ids of seen objects (`MapBelief.node`) that the person said are not the figure."""
     said: tuple[Utterance, ...] = ()
     """The conversation so far, oldest first: what grounding takes up after a restart."""
 

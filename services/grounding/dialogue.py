@@ -13,12 +13,12 @@ from functools import lru_cache
 from schemas.language import Utterance
 from services.grounding import questions, wording
 from services.grounding.answers import chosen, means_no, means_yes, reweighed
-from services.grounding.conformal import ConformalSet
+from services.grounding.conformal import IMPROBABLE, ConformalSet
 from services.grounding.discourse import Fact, Relation, facts_of, joint
 from services.grounding.doubt import MIN_CONFIDENCE, NOT_UNDERSTOOD
 from services.grounding.lexicon import Lexicon, constituents
 from services.grounding.questions import Kind, Question
-from services.grounding.scene import Scene, told_apart
+from services.grounding.scene import Scene, the_only, told_apart
 from services.grounding.symbols import ROBOT, UNKNOWN
 from services.grounding.talk import Meaning, Talk, acts, ask, noted_in
 from services.grounding.understanding import Intent, Understanding
@@ -107,7 +107,10 @@ class Dialogue:
             The instruction with a question, None where there is nothing new to ask.
         """
         talk = self._talks.get(instruction_id)
-        if talk is None or talk.question or len(talk.asked) >= MAX_QUESTIONS:
+        if talk is None or len(talk.asked) >= MAX_QUESTIONS:
+            return None
+        # Where something is need not be answered any more once one was seen.
+        if talk.question is not None and talk.question.kind is not Kind.PLACE:
             return None
         question = self._scene_question(talk, scene, searching_s)
         if question is None or question.text in talk.asked:
@@ -120,12 +123,20 @@ class Dialogue:
         if instruction_id in self._talks:
             self._talks[instruction_id].question = None
 
-    def restore(self, said: tuple[Utterance, ...], revision: int) -> None:
+    def restore(
+        self,
+        said: tuple[Utterance, ...],
+        revision: int,
+        instruction_id: str = "",
+        not_meant: tuple[int, ...] = (),
+    ) -> None:
         """Take up a conversation that an earlier process led.
 
         Args:
             said: as in `said`.
             revision: of the last meaning that was told.
+            instruction_id: what that was about.
+            not_meant: as in that meaning.
         """
         for one in said:
             self.hear(one.instruction_id, one.text, one.revises)
@@ -133,6 +144,8 @@ class Dialogue:
                 self._answer_again(one.instruction_id, asked, answered)
         for talk in self._talks.values():
             talk.revision = max(talk.revision, revision)
+        if instruction_id in self._talks:
+            self._talks[instruction_id].not_meant.update(not_meant)
 
     def meaning_of(self, instruction_id: str) -> Meaning | None:
         """What an instruction meant when it was last spoken of; None if nobody spoke of it."""
@@ -223,6 +236,8 @@ class Dialogue:
         match question.kind:
             case Kind.WORD:
                 self._learn_word(talk, question, text)
+            case Kind.REFERENT if question.nodes:
+                self._learn_referent(talk, question, text)
             case Kind.CHOICE | Kind.REFERENT:
                 self._learn_choice(talk, question, text)
             case Kind.PLACE:
@@ -252,6 +267,18 @@ class Dialogue:
         elif not means_yes(text):
             self._restate(talk, text)
 
+    def _learn_referent(self, talk: Talk, question: Question, text: str) -> None:
+        """Which of the seen things is meant; what its place is called does not matter then."""
+        picked = chosen(question, text)
+        if picked is not None:
+            node = question.nodes[question.meanings.index(picked)]
+            talk.not_meant |= set(question.nodes) - {node}
+            talk.is_found = True
+        elif means_no(text):
+            talk.not_meant |= set(question.nodes)
+        elif not means_yes(text):
+            self._restate(talk, text)
+
     def _learn_place(self, talk: Talk, name: str, text: str) -> None:
         told = [Fact(one, 1.0, talk.id, definite=True) for one in self._placed(name, text)]
         self._facts += told
@@ -269,6 +296,7 @@ class Dialogue:
             whole = self._instruction_from(named, wanted) if wanted else None
         if whole is not None:
             talk.text, talk.choices, talk.question = whole, [], None
+            talk.not_meant, talk.is_found = set(), False
             self._facts = self._facts_beside(talk.id)
 
     def _named(self, question: Question, text: str) -> str | None:
@@ -318,7 +346,11 @@ class Dialogue:
             understood = False
         text = question.text if question else None
         said = replace(understanding, understood=understood, question=text)
-        return Meaning(talk.id, talk.text, said, question, talk.revision, viewpoint=viewpoint)
+        not_meant = tuple(sorted(talk.not_meant))
+        return Meaning(
+            talk.id, talk.text, said, question, talk.revision,
+            viewpoint=viewpoint, not_meant=not_meant,
+        )  # fmt: skip
 
     def _joint(self, talk: Talk) -> tuple[Understanding, str]:
         understanding = self._understand(talk.text)
@@ -374,12 +406,20 @@ class Dialogue:
         found = tuple(one for one in scene if one.name == wanted.object)
         if not found:
             return questions.place_question(wanted.object) if searching_s >= PATIENCE_S else None
+        found = tuple(one for one in found if one.node not in talk.not_meant)
         total = sum(one.mass for one in found)
-        if total <= 0.0:
+        if total <= 0.0 or talk.is_found:
             return None
         members = self._conformal.members({one: one.mass / total for one in found})
-        phrases = told_apart(members, scene) if len(members) > 1 else None
-        return questions.referent_question(wanted, phrases) if phrases else None
+        phrases = told_apart(members, scene) if len(members) > 1 else the_only(members)
+        if phrases is None:
+            return None
+        masses = tuple(one.mass for one in members)
+        nodes = tuple(one.node for one in members)
+        question = questions.referent_question(wanted, phrases, masses, nodes)
+        # Where what was seen is meant almost surely, asking would only be a nuisance.
+        needed = len(members) > 1 or 1.0 - masses[0] >= IMPROBABLE
+        return question if needed and question.gain > 0.0 else None
 
     def _facts_beside(self, instruction_id: str) -> list[Fact]:
         """What was said elsewhere, and in answers about this instruction."""

@@ -75,6 +75,7 @@ def annotations_message(
         revision=meaning.revision,
         revises=meaning.revises,
         viewpoint=meaning.viewpoint,
+        not_meant=meaning.not_meant,
         said=said,
     )
 
@@ -82,6 +83,8 @@ def annotations_message(
 def scene_of(belief: MapBelief, behaviors: Behaviors) -> Scene:
     """What was seen, with the probability that it is what is meant."""
     share = belief.weights[behaviors.particle] * behaviors.probability
+    # A hypothesis says itself what is meant; where none does, what fits tells.
+    says = bool(np.any(belief.figure != _none))
     rows = np.flatnonzero(belief.particle == shared)
     return tuple(
         Thing(
@@ -89,7 +92,11 @@ def scene_of(belief: MapBelief, behaviors: Behaviors) -> Scene:
             name=belief.classes[belief.class_index[row]],
             x=float(belief.position[row, 0]),
             y=float(belief.position[row, 1]),
-            mass=float(share[behaviors.node == belief.node[row]].sum()),
+            mass=float(
+                belief.weights[belief.figure == belief.node[row]].sum()
+                if says
+                else share[behaviors.node == belief.node[row]].sum()
+            ),
         )
         for row in rows
         if belief.existence[row] >= _likely_there
@@ -119,12 +126,17 @@ def behaviors_message(
     intent: Intent,
     worlds: Sequence[Hypothesis],
     grounded: Sequence[BehaviorDistribution],
+    not_meant: tuple[int, ...] = (),
 ) -> Behaviors:
-    """Behaviours of all particles as columns; other readings count as "nothing fits"."""
+    """Behaviours of all particles as columns; other readings count as "nothing fits".
+
+    So do things of which a person said that they are not meant.
+    """
     rows = [
         (particle, _node(worlds[particle], one.object_index), landmark, probability)
         for particle, distribution in enumerate(grounded)
         for one, landmark, probability in _of_intent(distribution, intent, worlds[particle])
+        if _node(worlds[particle], one.object_index) not in not_meant
     ]
     fitting = np.zeros(len(grounded))
     for particle, _, _, probability in rows:

@@ -44,7 +44,7 @@ class GroundingNode:
 
     def on_own_annotations(self, told: Annotations) -> Iterable[Output]:
         """Take up the conversation where it was."""
-        self._dialogue.restore(told.said, told.revision)
+        self._dialogue.restore(told.said, told.revision, told.instruction_id, told.not_meant)
         self._heard_ns = told.stamp_ns
         return ()
 
@@ -80,7 +80,9 @@ class GroundingNode:
         worlds = messages.hypotheses(belief, self._model.names)
         grounded = self._model.behaviors_in_belief(understanding, [one.world for one in worlds])
         intent = understanding.intents[0]
-        behaviors = messages.behaviors_message(belief, intent, worlds, grounded)
+        behaviors = messages.behaviors_message(
+            belief, intent, worlds, grounded, self._meaning.not_meant
+        )
         yield topics.BEHAVIORS.of(behaviors)
         yield from self._doubt(belief, behaviors)
 

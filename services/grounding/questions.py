@@ -66,6 +66,8 @@ class Question:
     """What can be answered, likeliest first; a single one is asked with yes or no."""
     chances: tuple[float, ...] = ()
     """Probability of each of `meanings`; the rest is something else."""
+    nodes: tuple[int, ...] = ()
+    """Seen thing that each of `meanings` names, if they name things."""
 
     @property
     def options(self) -> tuple[str, ...]:
@@ -154,19 +156,27 @@ def place_question(name: str) -> Question:
     return Question(Kind.PLACE, f"Where is the {name}?", name)
 
 
-def referent_question(intent: Intent, phrases: tuple[str, ...]) -> Question:
-    """Which of several seen things is meant.
+def referent_question(
+    intent: Intent, phrases: tuple[str, ...], chances: tuple[float, ...], nodes: tuple[int, ...]
+) -> Question:
+    """Which of several seen things is meant, or whether the only one is.
 
     Args:
         intent: what is to be done with it.
         phrases: "the hydrant near the cone", one for each.
+        chances: probability of each.
+        nodes: id of each.
     """
     bare = sentence(replace(intent, relation=UNKNOWN, landmark=UNKNOWN))
     verb = bare.partition(" the ")[0]
-    meanings = tuple(f"{verb} {phrase}" for phrase in phrases[:MAX_OPTIONS])
-    text = f"Do you mean {either(phrases[:MAX_OPTIONS])}?"
+    kept = phrases[:MAX_OPTIONS]
     return Question(
-        Kind.REFERENT, text, intent.object, meanings, (1 / len(phrases),) * len(meanings)
+        Kind.REFERENT,
+        f"Do you mean {either(kept)}?",
+        intent.object,
+        tuple(f"{verb} {phrase}" for phrase in kept),
+        chances[:MAX_OPTIONS],
+        nodes[:MAX_OPTIONS],
     )
 
 

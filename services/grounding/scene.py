@@ -33,13 +33,20 @@ Scene = tuple[Thing, ...]
 def told_apart(candidates: Scene, scene: Scene) -> tuple[str, ...] | None:
     """A phrase for each candidate that fits no other: "the hydrant near the cone".
 
-    None if some candidate has nothing beside it that tells it apart.
+    One of them may have nothing beside it that tells it apart: it is "the other hydrant". None if
+    several do.
     """
     landmarks = [one for one in scene if one.name != candidates[0].name]
     unique = [one for one in landmarks if sum(other.name == one.name for other in landmarks) == 1]
     phrases = [_phrase(one, candidates, unique) for one in candidates]
-    found = [phrase for phrase in phrases if phrase]
-    return tuple(found) if len(found) == len(candidates) else None
+    if phrases.count(None) > 1:
+        return None
+    return tuple(phrase or f"the other {candidates[0].name}" for phrase in phrases)
+
+
+def the_only(candidates: Scene) -> tuple[str, ...]:
+    """Phrases where no word can tell things from others, which were not seen."""
+    return tuple(f"the {one.name} that I see now" for one in candidates)
 
 
 def _phrase(one: Thing, candidates: Scene, landmarks: list[Thing]) -> str | None:

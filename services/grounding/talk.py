@@ -22,6 +22,8 @@ class Meaning:
     """Instruction that the utterance is about: a meaning of that one carries its evidence."""
     viewpoint: str = ""
     """Id of the utterance at whose moment the relations hold, "" for this one."""
+    not_meant: tuple[int, ...] = ()
+    """Seen things that the person said no to."""
 
 
 @dataclass
@@ -41,6 +43,10 @@ class Talk:
     intents: tuple[Intent, ...] = ()
     """As last understood, best first."""
     annotations: tuple[Annotation, ...] = ()
+    not_meant: set[int] = field(default_factory=set[int])
+    """Seen things that the person said no to."""
+    is_found: bool = False
+    """Whether the person said which of the seen things is meant."""
 
     @property
     def wanted(self) -> Intent | None:

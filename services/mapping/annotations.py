@@ -34,6 +34,8 @@ class Reading:
     """No other thing of the figure's class stands nearer to the landmark."""
     clues: tuple[Clue, ...] = ()
     """What else is said about the figure or the landmark."""
+    not_meant: tuple[int, ...] = ()
+    """Seen things that are not the figure."""
 
 
 def readings_of(message: Annotations, vocabulary: tuple[str, ...]) -> tuple[Reading, ...]:
@@ -67,6 +69,7 @@ def _reading(
         landmark=vocabulary.index(landmark) if landmark not in (None, robot_class) else None,
         comparative=comparative,
         clues=tuple(clue for other in stated[1:] if (clue := _clue(other, stated[0], vocabulary))),
+        not_meant=message.not_meant,
     )
 
 

@@ -83,6 +83,7 @@ def _weighted(draw: _Draw, reading: int, evidence: Evidence) -> Particles:
 
 def _strata(reading: Reading, share: int, evidence: Evidence, points: EvenPoints) -> list[_Draw]:
     figures = _candidates(reading.figure, evidence)
+    figures = figures[~np.isin(figures, reading.not_meant)]
     many = points.first(_oversampling * share)
     if reading.relation is None:
         return [_seen(figures, _no_one(figures)), _new_alone(many, evidence)]

@@ -117,6 +117,7 @@ def _of_reading(particles: Particles, reading: Reading, evidence: Evidence) -> F
     value = reading.log_probability + _standing(
         particles.figure, particles.figure_position, reading.figure, evidence
     )
+    value += np.where(np.isin(particles.figure, reading.not_meant), _impossible, 0.0)
     if reading.relation is None:
         return value + prior.log_place(particles.figure_position, evidence.viewer)
     value += _relation_term(particles, reading, reading.relation, evidence)

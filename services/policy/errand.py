@@ -177,7 +177,7 @@ def no_answer(annotations: Annotations) -> Ending:
 
 def _evidence(annotations: Annotations) -> tuple[object, ...]:
     """What of an instruction's meaning decides where to go."""
-    return (annotations.annotations, annotations.behaviors)
+    return (annotations.annotations, annotations.behaviors, annotations.not_meant)
 
 
 def _why_not_understood(annotations: Annotations) -> str:

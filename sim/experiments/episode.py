@@ -1,7 +1,7 @@
 """One instruction in one world, in lockstep, from the first word to the truth about its end."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,7 @@ from services.runtime.trace import Trace
 from sim.experiments.arms import Arm, Truthful, nodes_of
 from sim.experiments.assembly import modelled_assembly, table_assembly
 from sim.experiments.perception_model import PerceptionSettings
+from sim.experiments.simulated_user import USER, SimulatedUser
 from sim.experiments.truth import REACHED_M, Truth
 from sim.node import DRAWN
 
@@ -77,6 +78,7 @@ class _Observer:
     perception_cycles: int = 0
     objects_detected: int = 0
     ended_ns: int = 0
+    questions: set[str] = field(default_factory=set[str])
 
     def note(self, publisher: str, stamp_ns: int, sample: Sample) -> None:
         del publisher
@@ -85,6 +87,8 @@ class _Observer:
             self.ended_ns = stamp_ns
         elif sample.topic is topics.ANNOTATIONS:
             self.annotations = decode(sample.payload, Annotations)
+            if self.annotations.question is not None:
+                self.questions.add(self.annotations.question)
         elif sample.topic is topics.ODOMETRY:
             odometry = decode(sample.payload, Odometry)
             self.speed = max(abs(odometry.linear), abs(odometry.angular))
@@ -109,6 +113,8 @@ class Trial:
     intended: tuple[str, ...] = ()
     """Ids of the objects that are meant; by default what the words mean decides."""
     reached_m: float = REACHED_M
+    answers: bool = False
+    """Whether a simulated person answers the robot's first question."""
     policy: Callable[[Callable[[], Pose2]], BeliefPolicy] | None = None
     """Makes the policy that decides, given the robot's true pose; by default it is the table's."""
 
@@ -131,6 +137,8 @@ class Episode:
         if self._trial.policy:
             policy = self._trial.policy(truthful.world_from_base)
             nodes = _with_policy(nodes, PolicyNode(run, node_generator(run, "policy"), policy))
+        if self._trial.answers:
+            nodes = {**nodes, USER: SimulatedUser(run, self._trial.intended, truthful)}
         timed = {process: self._watch.timed(process.name, node) for process, node in nodes.items()}
         self._lockstep = Lockstep(timed, on_message=self._note)
 
@@ -138,6 +146,11 @@ class Episode:
     def within_reach(self) -> tuple[str, ...]:
         """Ids of the objects that the robot stands at."""
         return self._truth.within_reach()
+
+    @property
+    def questions(self) -> int:
+        """How many different questions the robot has asked."""
+        return len(self._observer.questions)
 
     def run(self, progress: Progress) -> EpisodeResult:
         """Run to the end of the instruction, or to the time limit."""

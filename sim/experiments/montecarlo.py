@@ -38,6 +38,8 @@ class Scenario(Struct, frozen=True, kw_only=True):
     robot: str = "husky"
     goal: str = GOAL
     """Id of what is meant."""
+    answers: bool = False
+    """Whether a simulated person answers the robot's first question."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,8 @@ class Result(Struct, frozen=True, kw_only=True):
     time_s: float
     decisions: int
     log_sha256: str
+    questions: int = 0
+    """How many the robot asked."""
 
     @property
     def path_efficiency(self) -> float:
@@ -90,7 +94,11 @@ def run_job(job: Job) -> Result:
         view_fov_rad=scenario.view_fov_rad,
     )
     trial = Trial(
-        arm=job.arm, perception=job.perception, intended=(scenario.goal,), reached_m=REACHED_M
+        arm=job.arm,
+        perception=job.perception,
+        intended=(scenario.goal,),
+        reached_m=REACHED_M,
+        answers=scenario.answers,
     )
     episode = Episode(run, scenario.text, trial=trial)
     found = episode.run(lambda seconds, status: None)
@@ -109,6 +117,7 @@ def run_job(job: Job) -> Result:
         time_s=found.time_s,
         decisions=found.decisions,
         log_sha256=found.log_sha256,
+        questions=episode.questions,
     )
 
 

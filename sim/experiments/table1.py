@@ -1,12 +1,13 @@
 """Table 1: object-relative navigation of the Husky in worlds of hydrants and cones."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from msgspec import structs
 from numpy.random import Generator
 
 from robots.husky.spec import HUSKY
@@ -24,7 +25,7 @@ from sim.experiments.montecarlo import (
     success_row,
 )
 from sim.experiments.perception_model import PerceptionSettings
-from sim.experiments.report import Comparison, Outcome, Report, Row, Settings
+from sim.experiments.report import Comparison, Outcome, Report, Row, Settings, rate_row
 from sim.slip import SLIP_DEVIATION
 
 NULL = "go to the hydrant"
@@ -57,6 +58,10 @@ def _row(
     return TableRow(scenario, *paper, ambiguous=things.startswith("2"))
 
 
+def _clarified(scenario: Scenario) -> Scenario:
+    return structs.replace(scenario, name=f"{scenario.name}, one answer", answers=True)
+
+
 _one_one, _one_two, _two_one = "1 hydrant 1 cone", "1 hydrant 2 cones", "2 hydrants 1 cone"
 ROWS = (
     _row(_one_one, 3.0, "null", "one_hydrant_one_cone", NULL, 93.9, 16.78, 8.75),
@@ -68,16 +73,28 @@ ROWS = (
     _row(_two_one, 5.0, "nearest", "nearest_hydrant", NEAREST, 46.2, 12.05, 9.19),
 )
 
+CLARIFIED = tuple(
+    replace(row, scenario=_clarified(row.scenario))
+    for row in ROWS
+    if row.ambiguous and row.scenario.text == NULL
+)
+"""Rows whose words leave open what is meant, with a person to ask."""
+
 
 def measure(settings: Settings) -> Outcome:
     """Every row with all arms; baselines run in a third of the worlds, in ten at least."""
     perception = PerceptionSettings()
     runs = runs_of(settings.runs, BASELINES)
     jobs = [j for row in ROWS for j in jobs_of(row.scenario, runs, settings.seed, perception)]
+    for row in CLARIFIED:
+        jobs += jobs_of(row.scenario, {"ours": settings.runs}, settings.seed, perception)
     results = run_jobs(jobs, settings, progress_lines(settings.progress))
     rng = np.random.default_rng(settings.seed)
     return Outcome(
-        rows=tuple(made for row in ROWS for made in rows_of(row, results, rng)),
+        rows=(
+            *(made for row in ROWS for made in rows_of(row, results, rng)),
+            *(made for row in CLARIFIED for made in clarified_rows(row, results, rng)),
+        ),
         failures=failures_of(results),
         comparisons=tuple(made for row in ROWS for made in comparisons_of(row, results, rng)),
         settings=settings_of(runs, perception),
@@ -101,6 +118,13 @@ def settings_of(runs: Mapping[Arm, int], perception: PerceptionSettings) -> tupl
         f"{odometry.variance_per_radian:g} a radian",
         perception.summary,
     )
+
+
+def clarified_rows(row: TableRow, results: Sequence[Result], rng: Generator) -> list[Row]:
+    """The figures of a row, and in how many runs a question was asked."""
+    own = [one for one in results if one.scenario == row.scenario.name]
+    asked = rate_row(row.scenario.name, "asked", [one.questions > 0 for one in own])
+    return [*rows_of(row, results, rng), asked]
 
 
 def comparisons_of(row: TableRow, results: Sequence[Result], rng: Generator) -> list[Comparison]:

@@ -252,20 +252,79 @@ def test_two_things_that_fit_are_told_apart_by_what_stands_beside_them() -> None
         "Do you mean the hydrant near the cone or the hydrant near the wall?"
     )
     assert asked.understanding.understood
-    assert goal(talk.answer("the one near the wall")) == ("near", "hydrant", "wall")
+    answered = talk.answer("the one near the wall")
+    assert answered is not None
+    assert answered.not_meant == (HYDRANT.node,)
+    assert goal(answered) == ("unknown", "hydrant", "unknown")
+    assert talk.look("a", scene, 4.0) is None
+
+
+def test_of_two_things_the_one_with_nothing_beside_it_is_the_other() -> None:
+    talk = dialogue(ConformalSet(0.7, 39))
+    talk.hear("a", "go to the hydrant")
+    asked = talk.look("a", (CONE, HYDRANT, OTHER), 3.0)
+    assert asked is not None
+    assert asked.question is not None
+    assert asked.question.options == ("go to the hydrant near the cone", "go to the other hydrant")
+    answered = talk.answer("the other one")
+    assert answered is not None
+    assert answered.not_meant == (HYDRANT.node,)
 
 
 def test_things_that_cannot_be_told_apart_in_words_are_not_asked_about() -> None:
     talk = dialogue(ConformalSet(0.7, 39))
     talk.hear("a", "go to the hydrant")
-    assert talk.look("a", (CONE, HYDRANT, OTHER), 3.0) is None
+    far = replace(OTHER, x=30.0)
+    assert talk.look("a", (replace(CONE, x=60.0), HYDRANT, far), 3.0) is None
+
+
+def asked_about_the_only_one(mass: float) -> tuple[Dialogue, Meaning | None]:
+    talk = dialogue()
+    talk.hear("a", "go to the hydrant")
+    return talk, talk.look("a", (CONE, replace(HYDRANT, mass=mass)), 3.0)
+
+
+def test_the_only_one_that_was_seen_is_asked_about_where_another_may_be_meant() -> None:
+    talk, asked = asked_about_the_only_one(mass=0.8)
+    assert asked is not None
+    assert asked.question is not None
+    assert asked.question.text == "Do you mean the hydrant that I see now?"
+    assert asked.question.options == ("yes", "no")
+    answered = talk.answer("no")
+    assert answered is not None
+    assert answered.not_meant == (HYDRANT.node,)
+    assert answered.understanding.understood
+    assert talk.look("a", (CONE, replace(HYDRANT, mass=0.0)), 4.0) is None
+
+
+def test_nothing_is_asked_about_a_thing_that_is_meant_almost_surely() -> None:
+    _, asked = asked_about_the_only_one(mass=0.95)
+    assert asked is None
+
+
+def test_after_a_yes_nothing_more_is_asked() -> None:
+    talk, _ = asked_about_the_only_one(mass=0.8)
+    answered = talk.answer("yes")
+    assert answered is not None
+    assert answered.not_meant == ()
+    assert talk.look("a", (CONE, HYDRANT, OTHER, WALL), 4.0) is None
+
+
+def test_where_it_is_need_not_be_answered_once_one_is_seen() -> None:
+    talk = dialogue()
+    talk.hear("a", "go to the hydrant")
+    talk.look("a", (CONE,), PATIENCE_S + 1)
+    asked = talk.look("a", (CONE, replace(HYDRANT, mass=0.8)), PATIENCE_S + 2)
+    assert asked is not None
+    assert asked.question is not None
+    assert asked.question.kind is Kind.REFERENT
 
 
 def test_of_two_things_the_much_likelier_one_needs_no_question() -> None:
     talk = dialogue(ConformalSet(0.3, 39))
     talk.hear("a", "go to the hydrant")
-    unlikely = replace(OTHER, mass=0.05)
-    assert talk.look("a", (CONE, HYDRANT, WALL, unlikely), 3.0) is None
+    unlikely, likely = replace(OTHER, mass=0.05), replace(HYDRANT, mass=0.95)
+    assert talk.look("a", (CONE, likely, WALL, unlikely), 3.0) is None
 
 
 def test_readings_with_different_goals_are_asked_about_and_a_place_is_left_to_the_map() -> None:
