@@ -26,7 +26,7 @@ class Pairing:
         self._started_ns = started_ns
         self._beliefs: dict[int, MapBelief] = {}
         self._behaviors: Behaviors | None = None
-        self._matched_ns = -_patience_ns
+        self._matched_ns = started_ns
 
     def take_belief(self, belief: MapBelief) -> Reading | None:
         """What to decide on now, if anything."""
