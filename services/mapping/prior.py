@@ -1,10 +1,15 @@
 """What is believed about things before anything is seen: where they may be and how big they are."""
 
+from functools import cache
+from importlib import resources
+
+import msgspec
 import numpy as np
-from scipy.special import ndtri
+from msgspec import Struct
 
 from schemas.arrays import Floats
 from schemas.geometry import Pose2
+from services.mapping.place_prior import PlacePrior
 
 background_density = 1 / 500
 """Unrelated objects of a class per square metre: the concentration of the Dirichlet process
@@ -33,14 +38,42 @@ _default_radius = 0.2
 _large_radius = {"building": 2.5, "wall": 0.3}
 _radius_of_places = dict.fromkeys(_density_of_places, 2.0) | {"hallway": 3.0, "elevator": 1.0}
 
-_means = np.array([[7.0, 0.0], [0.0, 0.0]])
-_spreads = np.array([[3.5, 5.0], [12.0, 12.0]])
-_shares = np.array([0.85, 0.15])
+
+class PriorWeights(Struct, frozen=True, kw_only=True):
+    """What was learned in training worlds, and how good it is."""
+
+    source: str
+    first_seed: int
+    worlds: int
+    """Of each kind."""
+    means: tuple[tuple[float, float], ...]
+    spreads: tuple[tuple[float, float], ...]
+    shares: tuple[float, ...]
+    """Of the mixture of places, see `PlacePrior`."""
+    densities: dict[str, float]
+    """Unrelated things by class [1/m^2]."""
+    held_out: dict[str, float]
+    """Mean log probabilities in worlds that were not fitted to, with and without learning."""
+
+
+@cache
+def learned() -> PriorWeights:
+    """Weights as they are kept with the program."""
+    file = resources.files("services.mapping") / "weights" / "priors.json"
+    return msgspec.json.decode(file.read_bytes(), type=PriorWeights)
+
+
+@cache
+def place_prior() -> PlacePrior:
+    """Where things may be that people speak of."""
+    weights = learned()
+    return PlacePrior(np.array(weights.means), np.array(weights.spreads), np.array(weights.shares))
 
 
 def density_of(name: str) -> float:
     """Unrelated things of a class per square metre [1/m^2]."""
-    return _density_of_places.get(name, background_density)
+    known = _density_of_places | learned().densities
+    return known.get(name, background_density)
 
 
 def typical_radius(name: str) -> float:
@@ -50,17 +83,10 @@ def typical_radius(name: str) -> float:
 
 
 def places_at(points: Floats, viewer: Pose2) -> Floats:
-    """Places (n, 2), map frame, made of points (n, 3) of the unit cube.
-
-    People speak of what lies ahead of the robot, mostly.
-    """
-    component = np.searchsorted(np.cumsum(_shares)[:-1], points[:, 2], side="right")
-    return viewer.apply(_means[component] + _spreads[component] * ndtri(points[:, :2]))
+    """Places (n, 2), map frame, made of points (n, 3) of the unit cube."""
+    return viewer.apply(place_prior().places_at(points))
 
 
 def log_place(points: Floats, viewer: Pose2) -> Floats:
     """Log density (n,) of what `places_at` makes of even points, at points (n, 2), map frame."""
-    local = viewer.inverse().apply(points)
-    scaled = (local[:, None] - _means) / _spreads
-    log_normal = -0.5 * np.sum(scaled**2, axis=2) - np.log(2 * np.pi * _spreads.prod(axis=1))
-    return np.logaddexp.reduce(log_normal + np.log(_shares), axis=1)
+    return place_prior().log_density(viewer.inverse().apply(points))

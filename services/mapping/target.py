@@ -19,7 +19,7 @@ import numpy as np
 
 from schemas.arrays import Flags, Floats, Ints
 from schemas.geometry import Pose2
-from services.mapping import clues, prior, relations
+from services.mapping import clues, prior, relations, rivals
 from services.mapping.annotations import Reading, robot_class
 from services.mapping.clues import Clue
 from services.mapping.grid import Grid
@@ -29,7 +29,7 @@ from services.mapping.particles import Particles, hypothesised_figure
 from services.mapping.relations import Relation
 
 _impossible = -30.0
-_competitor = float(np.log(0.01))
+_overlooked = float(np.log(0.01))
 _same_place = 0.5
 """A thing nobody saw is not where another thing was seen [m]."""
 _sigma_points = relations.residual * np.array([[0, 0], [1, 1], [1, -1], [-1, 1], [-1, -1]])
@@ -84,16 +84,23 @@ def missed(points: Floats, class_index: int | None, evidence: Evidence) -> Float
 
     A place is seen by what kind of place the ground belongs to, an object by looking at the ground.
     """
-    around = points[:, None] + _sigma_points
+    around = _log_unseen(points[:, None] + _sigma_points, class_index, evidence)
+    free = np.log(np.mean(np.exp(around), axis=1))
     if evidence.layout is not None and evidence.is_place(class_index):
-        return np.log(np.mean(np.exp(evidence.layout.log_unseen(around)), axis=1))
-    free = np.log(np.mean(np.exp(evidence.grid.looked_at(around)), axis=1))
+        return free
     solid = evidence.objects.number < hypothesised_figure
     if not solid.any():
         return free
     gaps = np.linalg.norm(points[:, None] - evidence.objects.mean[solid], axis=2)
     taken = np.any(gaps < evidence.objects.radius[solid] + _same_place, axis=1)
-    return np.where(taken, free + _competitor, free)
+    return np.where(taken, free + _overlooked, free)
+
+
+def _log_unseen(points: Floats, class_index: int | None, evidence: Evidence) -> Floats:
+    """Log probability (...) that a thing at each point (..., 2) would not have been seen."""
+    if evidence.layout is not None and evidence.is_place(class_index):
+        return evidence.layout.log_unseen(points)
+    return evidence.grid.looked_at(points)
 
 
 def relation_frame(reading: Reading, landmark: Floats, viewer: Pose2) -> relations.Frame:
@@ -179,14 +186,19 @@ def _variance(numbers: Ints, objects: ObjectColumns) -> Floats:
 
 
 def _competition(particles: Particles, reading: Reading, evidence: Evidence) -> Floats:
-    objects = evidence.objects
-    rival = np.exp(objects.class_log[:, reading.figure]) > 0.5
-    gaps = np.linalg.norm(particles.landmark_position[:, None] - objects.mean, axis=2)
-    own = np.linalg.norm(particles.landmark_position - particles.figure_position, axis=1)
-    other = objects.number[None] != particles.figure[:, None]
-    nearer = rival & other & (objects.number[None] != particles.landmark[:, None])
-    beaten = np.any(nearer & (gaps < own[:, None] - 0.1), axis=1)
-    return np.where(beaten, _competitor, 0.0)
+    landmark = particles.landmark_position
+    own = np.linalg.norm(landmark - particles.figure_position, axis=1)
+    figure_seen, _ = _rows(particles.figure, evidence.objects)
+    variance = np.where(
+        figure_seen, _variance(particles.figure, evidence.objects), relations.residual**2
+    )
+    partners = np.stack([particles.figure, particles.landmark], axis=1)
+    seen = rivals.log_no_seen_rival(
+        landmark, own, variance, partners, reading.figure, evidence.objects
+    )
+    log_unseen = _log_unseen(rivals.disc_round(landmark, own), reading.figure, evidence)
+    density = prior.density_of(evidence.classes[reading.figure])
+    return seen + rivals.log_no_unseen_rival(own, log_unseen, density)
 
 
 def _positions(numbers: Ints, points: Floats, objects: ObjectColumns) -> Floats:
