@@ -6,7 +6,6 @@ alone, trajectory and seen objects, is one Gaussian shared by all of them. That 
 hypothesised leaf sends no information back, and an edge between regions is no metric constraint.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,7 +34,7 @@ from services.mapping.sensing import Picture, read_picture
 from services.mapping.target import Evidence, log_target, placed
 from services.mapping.topology import Partition
 
-_negligible = -12.0
+_negligible = -7.0
 """Log share of the posterior below which nothing is drawn for a division of the places."""
 
 
@@ -230,8 +229,7 @@ class SemanticFilter:
         """
         if not self.readings and self.places is None:
             return False
-        self.particles = self._placed(self.particles)
-        now = self._target_of(self.particles)
+        self.particles, now = self._judged(self.particles)
         with np.errstate(invalid="ignore"):  # What was impossible may stay so.
             change = self.particles.log_weight + now - self._log_target
         self.particles = self.particles.weighted(change)
@@ -287,41 +285,32 @@ class SemanticFilter:
 
     def _target_of(self, particles: Particles) -> Floats:
         """Log density (P,) of what the particles sample, given their topologies' priors."""
-        values = np.zeros(len(particles))
-        for rows, case in self._judged(particles):
-            target = log_target(particles.take(rows), case.evidence)
-            values[rows] = target + case.appearance
-        return values
+        return self._judged(particles)[1]
 
-    def _placed(self, particles: Particles) -> Particles:
-        """The same hypotheses with what was seen where it is now."""
+    def _judged(self, particles: Particles) -> tuple[Particles, Floats]:
+        """Hypotheses with what was seen where it is now, and their `_target_of`."""
         figures, landmarks = particles.figure_position.copy(), particles.landmark_position.copy()
-        for rows, case in self._judged(particles):
-            now = placed(particles.take(rows), case.evidence.objects)
-            figures[rows], landmarks[rows] = now.figure_position, now.landmark_position
-        return replace(particles, figure_position=figures, landmark_position=landmarks)
-
-    def _judged(self, particles: Particles) -> Iterator[tuple[Ints, _Case]]:
-        """Rows of the particles that are judged by one case."""
+        values = np.zeros(len(particles))
         for case in self._cases():
             rows = np.flatnonzero(np.isin(particles.topology, case.topologies)).astype(np.int32)
             if len(rows):
-                yield rows, case
+                now = placed(particles.take(rows), case.evidence.objects)
+                figures[rows], landmarks[rows] = now.figure_position, now.landmark_position
+                values[rows] = log_target(now, case.evidence) + case.appearance
+        return replace(particles, figure_position=figures, landmark_position=landmarks), values
 
     def _cases(self) -> list[_Case]:
+        evidence = self.evidence
         return [
-            self._case(partition, topologies)
+            self._case(partition, topologies, evidence)
             for partition, topologies in self.topologies.partitions().items()
         ]
 
-    def _case(self, partition: Partition, topologies: Ints) -> _Case:
-        appearance = self.places.seen(partition).log_likelihood if self.places else 0.0
+    def _case(self, partition: Partition, topologies: Ints, evidence: Evidence) -> _Case:
         prior = float(np.logaddexp.reduce(self.topologies.log_prior[topologies]))
-        return _Case(topologies, prior + appearance, appearance, self._evidence_with(partition))
-
-    def _evidence_with(self, partition: Partition) -> Evidence:
-        evidence = self.evidence
         if self.places is None:
-            return evidence
-        seen = [evidence.objects, self.places.seen(partition).regions, self.places.glimpses]
-        return replace(evidence, objects=stacked(seen))
+            return _Case(topologies, prior, 0.0, evidence)
+        sight = self.places.seen(partition)
+        seen = stacked([evidence.objects, sight.regions, self.places.glimpses])
+        appearance = sight.log_likelihood
+        return _Case(topologies, prior + appearance, appearance, replace(evidence, objects=seen))
