@@ -1,22 +1,45 @@
 """Parts of our own method taken out, one at a time."""
 
 from dataclasses import dataclass, fields, replace
+from pathlib import Path
 
 import numpy as np
 
 from robots.catalogue import robot_of
 from schemas.belief import MapBelief, OccupancyGrid
+from schemas.errors import UserError
 from schemas.geometry import Pose2
 from schemas.run import RunConfig
 from services.mapping.filter import SemanticFilter
 from services.mapping.grid import Grid
 from services.mapping.target import Evidence
+from services.policy.linear import default_expert, load_linear, weights_path
 from services.policy.node import own_policy
 from services.policy.policy import BeliefPolicy, Choice, Memory
 from services.policy.referents import Referents
 
 _never_looked = Grid((0.0, 0.0))
 """Nobody writes into it."""
+
+
+def weights_with(robot: str, moments: int) -> Path:
+    """Where the learned cost with another K is kept, beside the robot's own."""
+    return weights_path(robot, default_expert).with_suffix(f".k{moments}.json")
+
+
+def policy_with(run: RunConfig, moments: int) -> BeliefPolicy:
+    """The learned policy that reads K moments of the features.
+
+    Raises:
+        UserError: nobody has trained one.
+    """
+    path = weights_with(run.robot, moments)
+    if not path.exists():
+        raise UserError(
+            f"no weights {path.name} in {path.parent}; 'incognita train policy --robot {run.robot} "
+            f"--moments {moments}' makes them, to be kept under that name"
+        )
+    return BeliefPolicy(robot_of(run), load_linear(path))
 
 
 class UnconfirmedPolicy(BeliefPolicy):

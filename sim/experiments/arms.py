@@ -4,7 +4,7 @@ An arm is a row of `ARMS`: which processes have another node, and what makes it.
 a setting of the nodes themselves: a robot cannot be run as any arm but the first.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -24,6 +24,8 @@ from sim.experiments.ablations import (
     FilterWithoutAbsence,
     FilterWithoutAbsentLandmarks,
     UnconfirmedPolicy,
+    policy_with,
+    weights_with,
 )
 from sim.experiments.frontier_policy import FrontierPolicyNode
 from sim.experiments.one_hypothesis import OneHypothesis
@@ -38,7 +40,8 @@ from sim.world import make_world
 
 Arm = Literal[
     "ours", "known", "without_language", "frontier", "map_particle", "rate_rule", "pomcp",
-    "no_confirmation", "no_negative_evidence", "no_negative_landmark",
+    "no_confirmation", "no_negative_evidence", "no_negative_landmark", "one_moment",
+    "three_moments",
 ]  # fmt: skip
 Nodes = Mapping[Process, Node]
 Meaning = Callable[[Annotations], tuple[str, ...]]
@@ -146,8 +149,22 @@ ARMS: Mapping[Arm, Mapping[str, Make]] = {
     "no_negative_evidence": {"mapping": lambda run, _: _mapping(run, FilterWithoutAbsence)},
     # It does so for what is wanted, but not for landmarks.
     "no_negative_landmark": {"mapping": lambda run, _: _mapping(run, FilterWithoutAbsentLandmarks)},
+    # The learned cost reads another number of moments.
+    "one_moment": {"policy": lambda run, _: _policy(run, policy_with(run, 1))},
+    "three_moments": {"policy": lambda run, _: _policy(run, policy_with(run, 3))},
 }
 BASELINES: tuple[Arm, ...] = (
     "known", "without_language", "frontier", "map_particle", "rate_rule", "pomcp",
 )  # fmt: skip
-ABLATIONS: tuple[Arm, ...] = ("no_confirmation", "no_negative_evidence", "no_negative_landmark")
+MOMENTS: Mapping[Arm, int] = {"one_moment": 1, "three_moments": 3}
+"""K of the arms that differ in nothing else; ours has two."""
+ABLATIONS: tuple[Arm, ...] = (
+    "no_confirmation", "no_negative_evidence", "no_negative_landmark", *MOMENTS,
+)  # fmt: skip
+
+
+def trained(arms: Sequence[Arm], robot: str) -> tuple[Arm, ...]:
+    """The arms that can be run: weights with another K may not have been learned yet."""
+    return tuple(
+        arm for arm in arms if arm not in MOMENTS or weights_with(robot, MOMENTS[arm]).exists()
+    )

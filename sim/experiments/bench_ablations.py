@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sim.experiments.arms import ABLATIONS
+from sim.experiments.arms import ABLATIONS, trained
 from sim.experiments.comparison import DISTANCE, EFFICIENCY, SUCCESS, compared
 from sim.experiments.montecarlo import failures_of, jobs_of, progress_lines, run_jobs
 from sim.experiments.perception_model import PerceptionSettings
@@ -16,7 +16,8 @@ def measure(settings: Settings) -> Outcome:
     """Every arm in a third of the worlds that are asked for, in ten at least."""
     perception = PerceptionSettings()
     count = max(10, settings.runs // 3)
-    runs = dict.fromkeys(("ours", *ABLATIONS), count)
+    ablated = trained(ABLATIONS, "husky")
+    runs = dict.fromkeys(("ours", *ablated), count)
     jobs = [j for row in TABLE_ROWS for j in jobs_of(row.scenario, runs, settings.seed, perception)]
     results = run_jobs(jobs, settings, progress_lines(settings.progress))
     rng = np.random.default_rng(settings.seed)
@@ -27,7 +28,10 @@ def measure(settings: Settings) -> Outcome:
         comparisons=tuple(
             made
             for row in TABLE_ROWS
-            for made in compared(row.scenario.name, results, ABLATIONS, metrics, rng)
+            for made in compared(row.scenario.name, results, ablated, metrics, rng)
         ),
-        settings=settings_of(runs, perception),
+        settings=(
+            *settings_of(runs, perception),
+            *(f"{arm} was left out: no weights" for arm in ABLATIONS if arm not in ablated),
+        ),
     )

@@ -8,6 +8,7 @@ import pytest
 
 from robots.catalogue import robot_of
 from schemas.belief import MapBelief
+from schemas.errors import UserError
 from schemas.geometry import Pose2
 from services.mapping.filter import SemanticFilter
 from services.mapping.target import missed
@@ -16,7 +17,9 @@ from sim.experiments.ablations import (
     FilterWithoutAbsence,
     FilterWithoutAbsentLandmarks,
     UnconfirmedPolicy,
+    policy_with,
 )
+from sim.experiments.arms import MOMENTS
 from sim.experiments.one_hypothesis import likeliest
 from tests.unit.test_montecarlo_arms import RUN, true_map
 
@@ -103,3 +106,10 @@ def test_which_hypothesis_is_likeliest_does_not_depend_on_their_order() -> None:
     x, weights = [0.0, 9.0, 9.3, 9.6], [0.3, 0.2, 0.25, 0.25]
     one, other = likeliest(belief_of(x, weights)), likeliest(belief_of(x[::-1], weights[::-1]))
     assert np.array_equal(one.position, other.position)
+
+
+@pytest.mark.parametrize("moments", MOMENTS.values())
+def test_without_weights_for_another_k_the_way_to_them_is_told(moments: int) -> None:
+    lost = msgspec.structs.replace(RUN, robot="wheelchair")
+    with pytest.raises(UserError, match=f"--robot wheelchair --moments {moments}"):
+        policy_with(lost, moments)

@@ -19,7 +19,7 @@ from services.grounding.node import GroundingNode
 from services.mapping.grid import Grid
 from services.process_table import PROCESSES, Process, process_named
 from services.runtime.node import Node
-from sim.experiments.arms import ARMS, Arm, Truthful, nodes_of
+from sim.experiments.arms import ARMS, Arm, Truthful, nodes_of, trained
 from sim.experiments.frontier_policy import FrontierPolicyNode
 from sim.experiments.perception_model import ModelledPerception, PerceptionSettings
 from sim.experiments.true_map import TrueMapNode
@@ -143,7 +143,7 @@ def test_the_frontier_arm_starts_with_the_ground_next_to_it() -> None:
     assert math.hypot(goal.map_from_goal.x - HERE.x, goal.map_from_goal.y - HERE.y) < 3.5
 
 
-@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("arm", trained(tuple(ARMS), RUN.robot))
 def test_an_arm_replaces_nothing_but_what_it_is_about(arm: Arm) -> None:
     nodes: dict[Process, Node] = {process: _Dummy() for process in PROCESSES if process.lockstep}
     truth = Truthful(lambda: HERE, lambda annotations: ())
@@ -161,6 +161,8 @@ def test_an_arm_replaces_nothing_but_what_it_is_about(arm: Arm) -> None:
         "no_confirmation": {"policy"},
         "no_negative_evidence": {"mapping"},
         "no_negative_landmark": {"mapping"},
+        "one_moment": {"policy"},
+        "three_moments": {"policy"},
     }[arm]
     assert {process.name for process in nodes} - kept == replaced
     assert process_named("navigation").name in kept
