@@ -104,17 +104,22 @@ class Trained:
     elapsed_s: float
 
 
-def train(settings: TrainSettings, progress: Progress) -> Trained:
+Keep = Callable[[LinearWeights], None]
+"""Told of the best weights so far, so that they outlive a training that is ended early."""
+
+
+def train(settings: TrainSettings, progress: Progress, keep: Keep) -> Trained:
     """All rounds; returns the weights of the best one on the validation worlds, not the last."""
     with workforce(settings.workers) as workers:
-        return _Training(settings, workers, progress).run()
+        return _Training(settings, workers, progress, keep).run()
 
 
 class _Training:
     def __init__(
-        self, settings: TrainSettings, workers: Executor | None, progress: Progress
+        self, settings: TrainSettings, workers: Executor | None, progress: Progress, keep: Keep
     ) -> None:
-        self._settings, self._workers, self._progress = settings, workers, progress
+        self._settings, self._workers = settings, workers
+        self._progress, self._keep = progress, keep
         self._decisions: list[Decision] = []
         self._rounds: list[Round] = []
         self._weights: list[LinearWeights] = []
@@ -123,7 +128,9 @@ class _Training:
         started = time.perf_counter()
         for number in range(self._settings.rounds):
             self._round(number)
-        best = int(np.argmax([one.validation.merit for one in self._rounds]))
+            if self._best == number:
+                self._keep(self._weights[number])
+        best = self._best
         return Trained(
             weights=self._weights[best],
             best=best,
@@ -131,6 +138,10 @@ class _Training:
             by_moments=tuple(self._compared(best)),
             elapsed_s=time.perf_counter() - started,
         )
+
+    @property
+    def _best(self) -> int:
+        return int(np.argmax([one.validation.merit for one in self._rounds]))
 
     def _round(self, number: int) -> None:
         beta = _betas[number] if number < len(_betas) else 0.0

@@ -1,5 +1,6 @@
 """Trains a robot's policy and keeps the weights of the best round with a report beside them."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -32,10 +33,9 @@ def train_policy(
     """
     get_robot(settings.robot)
     _check(settings)
-    trained = train(settings, progress)
     own = weights_path(settings.robot, settings.expert)
     path = own if folder is None else folder / own.name
-    save_linear(path, trained.weights)
+    trained = train(settings, progress, partial(save_linear, path))
     report: dict[str, Any] = {
         "robot": settings.robot,
         "expert": settings.expert,
