@@ -120,6 +120,7 @@ class _Training:
     ) -> None:
         self._settings, self._workers = settings, workers
         self._progress, self._keep = progress, keep
+        self._git = git_revision()  # Before weights are kept, which changes the tree.
         self._decisions: list[Decision] = []
         self._rounds: list[Round] = []
         self._weights: list[LinearWeights] = []
@@ -206,7 +207,7 @@ class _Training:
     ) -> LinearWeights:
         return learned.struct(
             Provenance(
-                git=git_revision(),
+                git=self._git,
                 seed=self._settings.seed,
                 expert=self._settings.expert,
                 rounds=number + 1,
