@@ -40,6 +40,8 @@ class BaseGeometry:
     """[m]"""
     mass: float
     """[kg]"""
+    margin: float = 0.15
+    """Room kept between the footprint and anything the laser sees [m]."""
     turns_anywhere: bool = True
     """Whether ways are planned so wide that the base can turn round at every point of them; a long
     base that has to get through doors does without."""

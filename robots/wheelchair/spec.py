@@ -32,6 +32,7 @@ WHEELCHAIR = RobotSpec(
         wheelbase=0.50,
         track=0.56,
         mass=240.0,
+        margin=0.07,
         turns_anywhere=False,
     ),
     limits=BaseLimits(

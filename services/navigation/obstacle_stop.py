@@ -7,8 +7,6 @@ from schemas.arrays import Floats
 from schemas.sensing import LaserScan
 from services.navigation.follower import Velocity, standstill
 
-margin = 0.15
-"""Room kept between the footprint and anything the laser sees [m]."""
 _reaction = 0.35
 """From a scan to its effect on the wheels [s]."""
 _braking_share = 0.5
@@ -41,7 +39,7 @@ def allowed(
     """
     if len(obstacles) == 0:
         return wanted
-    needed = min(margin, _clearance(obstacles, base) - 0.005)
+    needed = min(base.margin, _clearance(obstacles, base) - 0.005)
     for share in _shares:
         velocity = Velocity(wanted.linear * share, wanted.angular * share)
         if _clearance_on_the_way(velocity, obstacles, base, limits) >= needed:

@@ -234,7 +234,7 @@ class PolicyNode:
         status = progress(errand, belief.stamp_ns, decision.reason)
         yield topics.INSTRUCTION_STATUS.of(status)
         if not choice.kept and not choice.is_idle:
-            errand.goal = goal_of(errand, belief, choice, self._spec.limits.linear_speed)
+            errand.goal = goal_of(errand, belief, choice, self._spec)
             yield topics.GOAL.of(errand.goal)
 
     def _begin(self, errand: Errand) -> None:

@@ -64,18 +64,13 @@ def approaches(center: Floats, radius: float, object_id: int, map_from_base: Pos
 
 
 def inside(
-    center: Floats, object_id: int, terrain: Terrain, radius: float, map_from_base: Pose2
+    center: Floats, object_id: int, terrain: Terrain, turning_radius: float, map_from_base: Pose2
 ) -> Candidates:
-    """The free place nearest to the middle of a seen place (2,), for a base of `radius` [m]."""
+    """The place nearest to the middle of a seen place (2,) where the base can turn round."""
     here = np.array([map_from_base.x, map_from_base.y])
-    open_ground = terrain.centers(*np.nonzero(terrain.known & (terrain.clearance >= radius)))
-    spots = np.concatenate([open_ground, center[None]])
-    # The middle itself comes last: it counts where nothing around it is known to be free.
-    gaps = np.hypot(*(spots - center).T)
-    best = int(np.argmin(gaps[:-1])) if len(open_ground) and gaps[:-1].min() < _middle else -1
-    spot = center if best >= 0 and gaps[best] < terrain.resolution else spots[best]
-    beyond = spot + (spot - here)
-    return looking(Kind.OBSERVED, beyond[None], spot[None], object_id)
+    wide = terrain.centers(*np.nonzero(terrain.known & (terrain.clearance >= turning_radius)))
+    spot = _nearest_of(center[None], wide, _middle)
+    return looking(Kind.OBSERVED, 2 * spot - here, spot, object_id)
 
 
 def turns(map_from_base: Pose2) -> Candidates:

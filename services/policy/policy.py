@@ -198,7 +198,7 @@ class BeliefPolicy:
         row = _row_of(belief, object_id)
         center = belief.position[row]
         if self._is_place(belief, row):
-            return places.inside(center, object_id, situation.terrain, self._radius, pose)
+            return places.inside(center, object_id, situation.terrain, self._turning_radius, pose)
         ways = places.approaches(center, _radius_of(belief, row), object_id, pose)
         return _nearest_ways(ways, situation, self._radius)
 

@@ -9,11 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from schemas.arrays import Flags, Floats, Ints
-from schemas.belief import MapBelief
+from schemas.belief import MapBelief, first_topology
 from schemas.language import Behaviors
 
 _seen_above = 0.5
 """Existence below which a detection is too doubtful to count as seen."""
+_same_place = 1.5
+"""Middles of places nearer to each other than this are those of one place [m]."""
 _negligible = 1e-6
 _contradiction = 0.05
 """Credit of behaviours that contradict the hypothesis they were inferred in.
@@ -126,6 +128,7 @@ def _readings(
     figure_row = belief.row_of(particle, figure)
     kept = (figure_row >= 0) & (probability > _negligible)
     figure_row, probability = figure_row[kept], probability[kept]
+    figure_row = _one_row_a_place(belief, figure_row, probability)
     landmark_row = belief.row_of(particle[kept], landmark[kept])
     has_landmark = landmark_row >= 0
     # Where there is no landmark its columns repeat the figure, as something that was found.
@@ -145,6 +148,24 @@ def _readings(
             landmark_existence=belief.existence[landmark_row],
         )
     )
+
+
+def _one_row_a_place(belief: MapBelief, rows: Ints, probability: Floats) -> Ints:
+    """Figures (M,) by row, where one place is one row.
+
+    Hypotheses that divide the ground in other ways have other names for about the same place.
+    """
+    merged = rows.copy()
+    left = belief.particle[rows] <= first_topology
+    if left.any():
+        left = belief.seen[rows]
+    while left.any():
+        mass = np.bincount(rows[left], probability[left])
+        anchor = int(np.argmax(mass))
+        gaps = np.hypot(*(belief.position[rows] - belief.position[anchor]).T)
+        alike = left & (gaps < _same_place)
+        merged[alike], left = anchor, left & ~alike
+    return merged
 
 
 def _with_nothing(readings: Referents) -> Referents:

@@ -1,5 +1,8 @@
 """What the policy tells others: decisions, goals and the state of instructions."""
 
+import numpy as np
+
+from robots.spec import RobotSpec
 from schemas.belief import MapBelief
 from schemas.geometry import Pose2
 from schemas.task import Decision, Goal, InstructionStatus, TaskState
@@ -37,8 +40,8 @@ def decision_of(errand: Errand, belief: MapBelief, choice: Choice) -> Decision:
     )
 
 
-def goal_of(errand: Errand, belief: MapBelief, choice: Choice, speed: float) -> Goal:
-    """Where the chosen candidate stands and looks; `speed` is the robot's limit [m/s]."""
+def goal_of(errand: Errand, belief: MapBelief, choice: Choice, spec: RobotSpec) -> Goal:
+    """Where the chosen candidate stands and looks; in a place that was seen, anywhere."""
     x, y, yaw = choice.candidates.pose[choice.chosen].tolist()
     return Goal(
         stamp_ns=belief.stamp_ns,
@@ -46,9 +49,15 @@ def goal_of(errand: Errand, belief: MapBelief, choice: Choice, speed: float) -> 
         instruction_id=errand.instruction_id,
         map_from_goal=Pose2(x, y, yaw),
         tolerance=_tolerance,
-        face=True,
-        speed_limit=speed * _speed_share.get(errand.mode, _usual_speed_share),
+        face=not _is_into_place(belief, choice, spec),
+        speed_limit=spec.limits.linear_speed * _speed_share.get(errand.mode, _usual_speed_share),
     )
+
+
+def _is_into_place(belief: MapBelief, choice: Choice, spec: RobotSpec) -> bool:
+    aim = choice.candidates.object_id[choice.chosen]
+    rows = np.flatnonzero(belief.seen & (belief.node == aim))
+    return any(belief.classes[belief.class_index[row]] in spec.symbols.locations for row in rows)
 
 
 def halt(errand: Errand, map_from_base: Pose2, stamp_ns: int) -> Goal:

@@ -1,6 +1,6 @@
 """The grid as the policy needs it: where to stand, what hides what, where nobody has looked."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import msgspec
 import numpy as np
@@ -90,10 +90,15 @@ def terrain_for(grid: OccupancyGrid, radius: float) -> Terrain:
     """Terrain in which ways for a base of `radius` [m] can be found.
 
     A narrow base gets through doors that coarse blocks would close. Fine blocks are many, so the
-    rim of the grid that no sensor reached is left out.
+    rim of the grid that no sensor reached is left out. What lies beyond a door is not known to be
+    free before one looks there: nobody has looked at unknown ground.
     """
     block = min(block_size, _share_of_radius * radius)
-    return terrain_of(grid) if block == block_size else terrain_of(_measured_part(grid), block)
+    if block == block_size:
+        return terrain_of(grid)
+    terrain = terrain_of(_measured_part(grid), block)
+    unknown = ~terrain.known & ~terrain.occupied
+    return replace(terrain, unlooked=terrain.unlooked + unknown * terrain.resolution**2)
 
 
 def _measured_part(grid: OccupancyGrid) -> OccupancyGrid:

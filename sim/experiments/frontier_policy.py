@@ -122,7 +122,7 @@ class FrontierPolicyNode:
             if self._is_place:
                 terrain = terrain_for(grid, self._radius)
                 middle = belief.position[row]
-                return places.inside(middle, thing, terrain, self._radius, pose)
+                return places.inside(middle, thing, terrain, self._turning_radius, pose)
             radius = 0.25 * float(belief.extent[row, 0] + belief.extent[row, 1])
             return self._possible(places.approaches(belief.position[row], radius, thing, pose))
         if self._is_place:
