@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.belief import MapBelief, shared
+from schemas.belief import MapBelief, first_topology, shared
 from schemas.language import (
     Annotation,
     Annotations,
@@ -114,10 +114,43 @@ def hypotheses(belief: MapBelief, names: Sequence[str]) -> list[Hypothesis]:
     index = {name: at for at, name in enumerate(names)}
     known = np.array([index.get(name, _none) for name in belief.classes], dtype=np.int64)
     classes = known[belief.class_index]
+    positions = np.column_stack([belief.position, np.zeros(len(belief.node))])
     viewer = np.array([belief.viewer.x, belief.viewer.y, belief.viewer.yaw])
+    seen = belief.seen
     return [
-        _hypothesis(belief, classes, belief.rows_of(at) & (classes != _none), viewer)
-        for at in range(len(belief.weights))
+        Hypothesis(
+            WorldObjects(
+                classes=classes[rows],
+                positions=positions[rows],
+                extents=belief.extent[rows],
+                observed=seen[rows],
+                viewer=viewer,
+            ),
+            belief.node[rows],
+        )
+        for rows in _rows_of_each(belief, classes != _none)
+    ]
+
+
+def _rows_of_each(belief: MapBelief, kept: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
+    """Rows of each hypothesis among the kept ones (M,), ascending, as `MapBelief.rows_of`."""
+    kept_rows = np.flatnonzero(kept)
+    by_owner = kept_rows[np.argsort(belief.particle[kept_rows], kind="stable")]
+    owners = belief.particle[by_owner]
+
+    def of(owner: int) -> NDArray[np.intp]:
+        low, high = np.searchsorted(owners, [owner, owner + 1])
+        return by_owner[low:high]
+
+    count = len(belief.weights)
+    own = np.split(by_owner, np.searchsorted(owners, np.arange(count + 1)))[1:-1]
+    common = {
+        topology: np.concatenate([of(shared), of(first_topology - topology)])
+        for topology in np.unique(belief.topology).tolist()
+    }
+    return [
+        np.sort(np.concatenate([common[topology], rows]))
+        for topology, rows in zip(belief.topology.tolist(), own, strict=True)
     ]
 
 
@@ -155,23 +188,6 @@ def behaviors_message(
         relation=intent.relation,
         comparative=intent.comparative,
     )
-
-
-def _hypothesis(
-    belief: MapBelief,
-    classes: NDArray[np.int64],
-    rows: NDArray[np.bool_],
-    viewer: NDArray[np.float64],
-) -> Hypothesis:
-    positions = np.column_stack([belief.position[rows], np.zeros(rows.sum())])
-    world = WorldObjects(
-        classes=classes[rows],
-        positions=positions,
-        extents=belief.extent[rows],
-        observed=belief.seen[rows],
-        viewer=viewer,
-    )
-    return Hypothesis(world, belief.node[rows])
 
 
 def _of_intent(
