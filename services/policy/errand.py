@@ -145,7 +145,10 @@ class Errand:
         self.decisions += 1
         following = choice.candidates.take(np.array([choice.chosen], np.int32))
         hidden = hidden_mass(referents, following)
-        self.pace = Pace(belief.stamp_ns, map_from_base, seen_objects(belief), following, hidden)
+        passing_m = policy.passing_m(self.wanted)
+        self.pace = Pace(
+            belief.stamp_ns, map_from_base, seen_objects(belief), following, hidden, passing_m
+        )
         if choice.is_idle:
             self.pace.ended_ns = belief.stamp_ns
         self.idle = self.idle + 1 if choice.is_idle else 0

@@ -33,6 +33,8 @@ class Pace:
     """What was chosen, one row."""
     hidden: float
     """`hidden_mass` at its target."""
+    passing_m: float = 0.0
+    """This near to where it leads the next choice is made, so that the robot need not stop [m]."""
     ended_ns: int | None = None
     """When its goal was reached or failed."""
 
@@ -54,7 +56,16 @@ class Pace:
             return belief.stamp_ns - self.ended_ns >= _settle_s * 1e9
         moved = float(np.hypot(pose.x - self.pose.x, pose.y - self.pose.y)) >= _after_metres
         found = goal is not None and self.following.object_id[0] != goal
-        return moved or found or bool(seen_objects(belief) - self.seen) or self._is_spent(referents)
+        news = bool(seen_objects(belief) - self.seen)
+        return moved or found or news or self._is_spent(referents) or self._is_passing(pose)
+
+    def _is_passing(self, pose: Pose2) -> bool:
+        """Whether the robot came near to a place it only wants to look from."""
+        if self.following.object_id[0] >= 0:
+            return False
+        end = self.following.pose[0, :2]
+        before, now = (np.hypot(*(end - (at.x, at.y))) for at in (self.pose, pose))
+        return bool(now < self.passing_m <= before)
 
     def _is_spent(self, referents: Referents) -> bool:
         if self.following.kinds[0] is not Kind.HYPOTHESISED:

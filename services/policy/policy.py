@@ -6,7 +6,7 @@ import numpy as np
 
 from robots.spec import RobotSpec
 from schemas.arrays import Flags, Floats, Ints
-from schemas.belief import MapBelief, OccupancyGrid
+from schemas.belief import MapBelief, OccupancyGrid, first_topology
 from schemas.geometry import Pose2, wrap_angle
 from services.policy import candidates as candidates_of
 from services.policy import places
@@ -26,6 +26,8 @@ _standing_slack = 0.25
 """Farther from the stand-off than this is not at the thing [m]."""
 _in_the_middle = 0.5
 """This near to the free middle of a place one is there [m]."""
+_well_inside, _same_spot = 1.5, 0.3
+_passing_m = 1.2
 _footprint_margin = 0.05
 _turning_margin = 0.15
 """Of the footprint's circle where the base is to turn on the spot [m]."""
@@ -157,6 +159,13 @@ class BeliefPolicy:
             is_idle=not bool(judged.worthwhile[chosen]),
         )
 
+    def passing_m(self, wanted: str) -> float:
+        """How near to a place to look from the next one is chosen [m]; 0 is on arrival.
+
+        Rooms are looked into on the way; a thing is looked for from where one stands.
+        """
+        return _passing_m if wanted in self._locations else 0.0
+
     def goal_of(self, referents: Referents, searching_s: float) -> int | None:
         """Seen object that is meant beyond the doubt allowed after so long a search, or None."""
         best = best_found(referents)
@@ -213,9 +222,22 @@ class BeliefPolicy:
         row = _row_of(belief, object_id)
         if self._is_place(belief, row):
             spot = self._ways_to(belief, object_id, situation, pose).pose[0]
-            return float(np.hypot(*(spot[:2] - (pose.x, pose.y)))) <= _in_the_middle
+            gap = float(np.hypot(*(spot[:2] - (pose.x, pose.y))))
+            came = np.hypot(*(situation.tried[:, :2] - (pose.x, pose.y)).T) < _same_spot
+            # The middle moves while more of a place is seen: who came to it once has come.
+            arrived = bool(came.any()) and gap <= _well_inside and _is_in(belief, row)
+            return gap <= _in_the_middle or arrived
         distance = float(np.hypot(*(belief.position[row] - (pose.x, pose.y))))
         return distance - _radius_of(belief, row) <= places.stand_off + _standing_slack
+
+
+def _is_in(belief: MapBelief, row: int) -> bool:
+    """Whether the last pose node lies in a region, by its row."""
+    topology = first_topology - int(belief.particle[row])
+    if not 0 <= topology < len(belief.node_regions):
+        return False
+    regions = belief.node_regions[topology]
+    return len(regions) > 0 and bool(regions[-1] == belief.node[row])
 
 
 def _row_of(belief: MapBelief, object_id: int) -> int:
