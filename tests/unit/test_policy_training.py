@@ -112,5 +112,8 @@ def test_one_small_training_from_end_to_end(tmp_path):
     weights = load_linear(tmp_path / "husky.detection_rate.json").settings
     assert weights.provenance.decisions == first["decisions"]
     assert cost_of(weights).moments == 2
+    for moments in (1, 3):
+        other = load_linear(tmp_path / f"husky.detection_rate.k{moments}.json")
+        assert other.moments == moments
     assert (tmp_path / "husky.detection_rate.report.json").exists()
     assert all(0 <= share <= 1 for _, share in told)

@@ -101,6 +101,8 @@ class Trained:
     best: int
     rounds: tuple[Round, ...]
     by_moments: tuple[Compared, ...]
+    other_moments: dict[int, LinearWeights]
+    """The same data fitted with another K, by K."""
     elapsed_s: float
 
 
@@ -124,6 +126,7 @@ class _Training:
         self._decisions: list[Decision] = []
         self._rounds: list[Round] = []
         self._weights: list[LinearWeights] = []
+        self._others: dict[int, LinearWeights] = {}
 
     def run(self) -> Trained:
         started = time.perf_counter()
@@ -132,11 +135,13 @@ class _Training:
             if self._best == number:
                 self._keep(self._weights[number])
         best = self._best
+        compared = self._compared(best)
         return Trained(
             weights=self._weights[best],
             best=best,
             rounds=tuple(self._rounds),
-            by_moments=tuple(self._compared(best)),
+            by_moments=tuple(compared),
+            other_moments=self._others,
             elapsed_s=time.perf_counter() - started,
         )
 
@@ -199,6 +204,7 @@ class _Training:
                 what = f"K = {moments}"
                 learned = self._learn(what, self._decisions[:count], moments)
                 score = self._validate(what, learned, best, count)
+                self._others[moments] = self._struct(learned, best, count, score)
             compared.append(Compared(moments=moments, validation=score))
         return compared
 

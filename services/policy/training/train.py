@@ -25,7 +25,8 @@ def train_policy(
         folder: where weights and report are written; the package's own by default.
 
     Returns:
-        The report, also written beside the weights as `<robot>.<expert>.report.json`.
+        The report, also written beside the weights as `<robot>.<expert>.report.json`. Weights
+        with another number of moments K, from the same data, are `<robot>.<expert>.k<K>.json`.
 
     Raises:
         UnknownRobotError: there is no such robot.
@@ -36,6 +37,8 @@ def train_policy(
     own = weights_path(settings.robot, settings.expert)
     path = own if folder is None else folder / own.name
     trained = train(settings, progress, partial(save_linear, path))
+    for moments, weights in trained.other_moments.items():
+        save_linear(path.with_suffix(f".k{moments}.json"), weights)
     report: dict[str, Any] = {
         "robot": settings.robot,
         "expert": settings.expert,
