@@ -179,7 +179,7 @@ HEAD = ("metric", "paper", "ours", "95 % interval", "peer")
 
 def cells(row: Row) -> tuple[str, ...]:
     """One row under `HEAD`, for people."""
-    arms = "".join(f", {name} {value:.3g}" for name, value in row.arms.items())
+    arms = "".join(f"\n{name} {value:.3g}" for name, value in row.arms.items())
     return (
         row.title,
         "" if row.paper is None else f"{row.paper:.4g}",
