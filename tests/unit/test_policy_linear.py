@@ -1,5 +1,7 @@
 """The learned cost as it is kept and used."""
 
+from typing import get_args
+
 import msgspec
 import numpy as np
 import pytest
@@ -8,12 +10,15 @@ from services.policy.belief_features import names
 from services.policy.cost import Circumstances
 from services.policy.linear import (
     Block,
+    ExpertName,
     LinearWeights,
     Provenance,
     WeightsError,
     cost_of,
+    default_expert,
     load_linear,
     save_linear,
+    weights_path,
 )
 
 KINDS = ("any", "relation")
@@ -147,3 +152,11 @@ def test_what_is_no_file_of_weights_is_refused(tmp_path):
     (tmp_path / "w.json").write_text('{"mean": {}}')
     with pytest.raises(WeightsError, match="no weights of a policy"):
         load_linear(tmp_path / "w.json")
+
+
+def test_weights_in_the_tree_go_with_the_features_that_exist():
+    folder = weights_path("husky", default_expert).parent
+    for expert in get_args(ExpertName):
+        for path in folder.glob(f"*.{expert}*.json"):
+            if path.suffixes[-2] != ".report":
+                assert load_linear(path).settings.provenance.expert == expert
