@@ -6,13 +6,13 @@ alone, trajectory and seen objects, is one Gaussian shared by all of them. That 
 hypothesised leaf sends no information back, and an edge between regions is no metric constraint.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from robots.spec import CameraSpec
 from robots.symbols import SymbolSpace
-from schemas.arrays import Floats, Ints
+from schemas.arrays import Floats
 from schemas.geometry import Pose2
 from schemas.perception import Detections, SceneObservation
 from schemas.sensing import LaserScan
@@ -20,35 +20,17 @@ from services.mapping import visibility
 from services.mapping.allocation import at_first, propagate
 from services.mapping.annotations import Reading
 from services.mapping.backbone import Backbone
+from services.mapping.cases import Case, cases_of, drawn, judged
 from services.mapping.even import EvenPoints
 from services.mapping.faults import FaultLog
 from services.mapping.grid import Grid
 from services.mapping.object_map import ObjectMap
-from services.mapping.objects import stacked
 from services.mapping.odometer import OdometryNoise
-from services.mapping.particles import Particles, empty_particles, joined
+from services.mapping.particles import Particles, empty_particles
 from services.mapping.places import Places
-from services.mapping.proposal import fresh_particles
 from services.mapping.scan_memory import points_of
 from services.mapping.sensing import Picture, read_picture
-from services.mapping.target import Evidence, log_target, placed
-from services.mapping.topology import Partition
-
-_negligible = -7.0
-"""Log share of the posterior below which nothing is drawn for a division of the places."""
-
-
-@dataclass(frozen=True)
-class _Case:
-    """What is judged alike: the topologies that divide the places in one way."""
-
-    topologies: Ints
-    """Indices of them."""
-    log_weight: float
-    """Of all of them by sensors alone, up to a constant."""
-    appearance: float
-    """The part of it that is the likelihood of the looks at regions."""
-    evidence: Evidence
+from services.mapping.target import Evidence
 
 
 class SemanticFilter:
@@ -229,7 +211,7 @@ class SemanticFilter:
         """
         if not self.readings and self.places is None:
             return False
-        self.particles, now = self._judged(self.particles)
+        self.particles, now = judged(self.particles, self._cases())
         with np.errstate(invalid="ignore"):  # What was impossible may stay so.
             change = self.particles.log_weight + now - self._log_target
         self.particles = self.particles.weighted(change)
@@ -249,33 +231,10 @@ class SemanticFilter:
             return
         self._stale = False
         if self.readings:
-            self._take(self._posterior())
+            cases = self._cases()
+            self._take(drawn(cases, self._count, self.topologies, self._points, self._rng))
         elif depleted:
             self._take(self.particles)
-
-    def _posterior(self) -> Particles:
-        """New hypotheses for all topologies that particles have."""
-        cases = self._cases()
-        total = np.logaddexp.reduce([case.log_weight for case in cases])
-        pools: list[Particles] = []
-        for case in cases:
-            share = case.log_weight - total
-            if share > _negligible:
-                count = max(1, round(self._count * np.exp(share)))
-                pool = fresh_particles(count, case.evidence, self._points)
-                weight = pool.log_weight + pool.log_total + share
-                topology = self._any_of(case.topologies, len(pool))
-                pools.append(replace(pool, log_weight=weight, topology=topology))
-        pool = joined(pools)
-        return pool.weighted(pool.log_weight)
-
-    def _any_of(self, topologies: Ints, count: int) -> Ints:
-        """Topologies (count,) by their share."""
-        if len(topologies) == 1:
-            return np.full(count, topologies[0], np.int32)
-        log_prior = self.topologies.log_prior[topologies]
-        share = np.exp(log_prior - np.logaddexp.reduce(log_prior))
-        return self._rng.choice(topologies, count, p=share / share.sum())
 
     def _take(self, pool: Particles) -> None:
         chosen = pool.resampled(self._count, self._points.start)
@@ -285,32 +244,7 @@ class SemanticFilter:
 
     def _target_of(self, particles: Particles) -> Floats:
         """Log density (P,) of what the particles sample, given their topologies' priors."""
-        return self._judged(particles)[1]
+        return judged(particles, self._cases())[1]
 
-    def _judged(self, particles: Particles) -> tuple[Particles, Floats]:
-        """Hypotheses with what was seen where it is now, and their `_target_of`."""
-        figures, landmarks = particles.figure_position.copy(), particles.landmark_position.copy()
-        values = np.zeros(len(particles))
-        for case in self._cases():
-            rows = np.flatnonzero(np.isin(particles.topology, case.topologies)).astype(np.int32)
-            if len(rows):
-                now = placed(particles.take(rows), case.evidence.objects)
-                figures[rows], landmarks[rows] = now.figure_position, now.landmark_position
-                values[rows] = log_target(now, case.evidence) + case.appearance
-        return replace(particles, figure_position=figures, landmark_position=landmarks), values
-
-    def _cases(self) -> list[_Case]:
-        evidence = self.evidence
-        return [
-            self._case(partition, topologies, evidence)
-            for partition, topologies in self.topologies.partitions().items()
-        ]
-
-    def _case(self, partition: Partition, topologies: Ints, evidence: Evidence) -> _Case:
-        prior = float(np.logaddexp.reduce(self.topologies.log_prior[topologies]))
-        if self.places is None:
-            return _Case(topologies, prior, 0.0, evidence)
-        sight = self.places.seen(partition)
-        seen = stacked([evidence.objects, sight.regions, self.places.glimpses])
-        appearance = sight.log_likelihood
-        return _Case(topologies, prior + appearance, appearance, replace(evidence, objects=seen))
+    def _cases(self) -> list[Case]:
+        return cases_of(self.topologies, self.places, self.evidence)

@@ -16,8 +16,7 @@ from schemas.language import Annotation, Relation
 from schemas.perception import Detections
 from schemas.sensing import LaserScan
 from schemas.topics import Output
-from services.mapping import filter as algorithm
-from services.mapping import graph
+from services.mapping import cases, graph
 from services.mapping.backbone import Backbone
 from services.mapping.faults import FaultLog, period_ns
 from services.mapping.filter import SemanticFilter
@@ -383,7 +382,7 @@ def test_when_no_hypothesis_is_possible_all_are_drawn_anew(
     robot = at_work()
     with monkeypatch.context() as impossible:
         impossible.setattr(
-            algorithm, "log_target", lambda particles, evidence: np.full(len(particles), value)
+            cases, "log_target", lambda particles, evidence: np.full(len(particles), value)
         )
         robot.drive(2)
         assert_sound(robot.belief)
