@@ -49,7 +49,7 @@ Meaning = Callable[[Annotations], tuple[str, ...]]
 
 _margin = 0.05
 """Of the reference path beyond the footprint's circle, because a base cuts corners [m]."""
-_door_margin = 0.15
+_door_margin = 0.23
 """The same for a base that is longer than its ways are wide [m]."""
 
 
