@@ -20,6 +20,8 @@ from services.policy.travel import travel_from
 
 TIME_LIMIT_S = 300.0
 _seen_above = 0.5
+_sure_of_place = 0.9
+"""As sure as our policy is of the goal before it stops."""
 _refused_within = 0.7
 _tolerance = 0.15
 _speed_share = 0.8
@@ -97,7 +99,8 @@ class FrontierPolicyNode:
             self._arrived = True
             yield self._status(belief.stamp_ns, Failure.TIMEOUT, "not found in time")
             return
-        thing = _nearest_seen(belief, heard.behaviors[0].object, pose)
+        sure = _sure_of_place if self._is_place else 0.0
+        thing = _nearest_seen(belief, heard.behaviors[0].object, pose, sure)
         if self._goal is not None and not self._is_overdue(belief, thing):
             return
         chosen = self._choose(belief, grid, pose, thing)
@@ -183,10 +186,10 @@ class FrontierPolicyNode:
         return self._map_from_odom @ self._odom_from_base
 
 
-def _nearest_seen(belief: MapBelief, label: str, pose: Pose2) -> int:
-    """Id of the nearest seen object of a class, -1 for none."""
+def _nearest_seen(belief: MapBelief, label: str, pose: Pose2, sure: float) -> int:
+    """Id of the nearest seen object of a class, by which it is known this surely; -1 for none."""
     wanted = belief.classes.index(label) if label in belief.classes else -1
-    seen = belief.seen & (belief.existence >= _seen_above)
+    seen = belief.seen & (belief.existence >= _seen_above) & (belief.class_probability >= sure)
     rows = np.flatnonzero(seen & (belief.class_index == wanted))
     gaps = np.hypot(*(belief.position[rows] - (pose.x, pose.y)).T)
     return int(belief.node[rows[np.argmin(gaps)]]) if len(rows) else -1
