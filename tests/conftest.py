@@ -5,8 +5,11 @@ import zlib
 from collections.abc import Callable
 from pathlib import Path
 
+import msgspec
 import pytest
 
+from services.mapping import prior
+from services.mapping.place_prior import by_hand
 from tests.running import started
 
 
@@ -15,3 +18,11 @@ def up(tmp_path: Path, request: pytest.FixtureRequest) -> Callable[..., object]:
     """Starts systems: `with up("--seed", "1") as system`. All of a test share one realm."""
     realm = f"test-{os.getpid()}-{zlib.crc32(request.node.name.encode()) % 10000}"
     return lambda *arguments: started(tmp_path, realm, *arguments)
+
+
+@pytest.fixture
+def prior_without_data(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Places and densities as they are without learning, so that laws do not hang on weights."""
+    unlearned = msgspec.structs.replace(prior.learned(), densities={})
+    monkeypatch.setattr(prior, "learned", lambda: unlearned)
+    monkeypatch.setattr(prior, "place_prior", lambda: by_hand)

@@ -146,7 +146,10 @@ class BeliefPolicy:
     def choose(self, proposal: Proposal, referents: Referents, memory: Memory) -> Choice:
         """The cheapest (Eq. policy)."""
         candidates = proposal.candidates
-        circumstances = Circumstances(memory.searching_s, memory.words, proposal.following)
+        goal = self.goal_of(referents, memory.searching_s)
+        # What was followed before it was known what is meant deserves no patience.
+        following = proposal.following and goal in (None, candidates.object_id[1])
+        circumstances = Circumstances(memory.searching_s, memory.words, following)
         judged = self.cost.judge(proposal.features, circumstances)
         chosen = int(np.argmin(judged.costs))
         return Choice(

@@ -18,6 +18,8 @@ from tests.unit.test_mapping_episode import (
     says,
 )
 
+pytestmark = pytest.mark.usefixtures("prior_without_data")
+
 BEFORE_THE_CONE = (1.5, 0.5)
 
 

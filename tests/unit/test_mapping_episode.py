@@ -18,6 +18,8 @@ from schemas.sensing import Odometry
 from schemas.topics import Output
 from services.mapping.node import MappingNode
 
+pytestmark = pytest.mark.usefixtures("prior_without_data")
+
 CLASSES = ("cone", "hydrant", "barrel")
 HALF_VIEW = math.radians(34.5)
 SIGHT = 7.0

@@ -22,6 +22,8 @@ from services.mapping.sensing import Picture
 from services.mapping.target import Evidence, log_target
 from services.mapping.visibility import View
 
+pytestmark = pytest.mark.usefixtures("prior_without_data")
+
 CLASSES = ("cone", "hydrant")
 ORIGIN = Pose2(0.0, 0.0, 0.0)
 BEHIND = Reading(0.0, 1, relation_named("back", False), 0, False)

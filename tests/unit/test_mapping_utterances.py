@@ -21,6 +21,8 @@ from services.mapping.objects import columns
 from services.mapping.relation_table import relation_named
 from tests.unit.test_mapping_episode import World
 
+pytestmark = pytest.mark.usefixtures("prior_without_data")
+
 MODEL = GroundingModel.load("husky")
 VOCABULARY = ("cone", "hydrant", "building", "tree")
 
