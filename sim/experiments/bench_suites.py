@@ -12,7 +12,7 @@ from sim.experiments.report import Outcome, Row, Settings
 SUITES = {
     "runtime": ["wire", "codec", "startup"],
     "perception": ["shader", "camera", "detector"],
-    "mapping": ["mapping"],
+    "mapping": ["mapping", "mapping_growth"],
 }
 """Benchmarks of each part."""
 

@@ -21,6 +21,7 @@ BENCHMARKS: dict[str, int] = {
     "detector": 51,
     "startup": 5,
     "mapping": 15,
+    "mapping_growth": 15,
 }
 """Module below this package, and its rounds unless asked for others."""
 DRAWING = {"shader", "camera", "startup"}

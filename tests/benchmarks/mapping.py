@@ -1,4 +1,4 @@
-"""A step of the filter and a decision, and how they grow, beside the paper's literal algorithm.
+"""A step of the filter and a decision, beside the paper's literal algorithm.
 
 The peer keeps one iSAM2 for each particle, as Algorithm 1 is written; it does nothing but the
 metric part of a step that adds a pose node. Ours does all of the step, from the odometry and the
@@ -21,14 +21,6 @@ from tests.benchmarks.rows import Row, Samples, compared, quantile, quantile_int
 
 ASKED = (100, 200, 20)
 """Particles, pose nodes, objects."""
-SIZES = (
-    ASKED,
-    *((count, 200, 20) for count in (10, 50, 200, 500)),
-    *((100, count, 20) for count in (50, 100, 350, 500)),
-    *((100, 200, count) for count in (5, 50, 100, 200)),
-    (100, 500, 200),
-)
-"""Growth with each of the three, and with all."""
 PEER = f"one ISAM2 a particle, gtsam {version('gtsam')}"
 
 _steps_a_round = 4
@@ -38,12 +30,12 @@ _drift = 3.0
 
 
 def measure(rounds: int) -> list[Row]:
-    """Steps, their growth, and decisions; four steps a round, one of which adds a pose node."""
-    ring = _settled(*ASKED)
-    steps, nodes = _timed_steps(ring, rounds)
+    """Steps and decisions; four steps a round, one of which adds a pose node."""
+    ring = settled(*ASKED)
+    steps, nodes = timed_steps(ring, rounds)
     peer = _peer_ms(*ASKED, rounds)
-    name = _name(*ASKED)
-    rows = [
+    name = name_of(*ASKED)
+    return [
         _plain(name, "filter step, p50", "ms", steps),
         _plain(name, "filter step, p95", "ms", steps, 0.95),
         compared(
@@ -51,35 +43,19 @@ def measure(rounds: int) -> list[Row]:
         ),
         *_decisions(ring, rounds),
     ]
-    return rows + [_growth(*sizes, rounds) for sizes in SIZES]
 
 
-def _name(particles: int, nodes: int, objects: int) -> str:
+def name_of(particles: int, nodes: int, objects: int) -> str:
+    """What a row is called."""
     return f"{particles} particles, {nodes} pose nodes, {objects} objects"
 
 
-def _settled(particles: int, nodes: int, objects: int) -> Ring:
+def settled(particles: int, nodes: int, objects: int) -> Ring:
+    """A filter that has driven past so many pose nodes and heard an instruction."""
     ring = Ring(particles, objects)
     ring.drive_until(nodes)
     ring.hear()
     return ring
-
-
-def _growth(particles: int, nodes: int, objects: int, rounds: int) -> Row:
-    steps, _ = _timed_steps(_settled(particles, nodes, objects), rounds)
-    return Row(
-        row=_name(particles, nodes, objects),
-        metric="filter step, mean",
-        unit="ms",
-        better="lower",
-        ours=float(steps.mean()),
-        interval=_mean_interval(steps),
-    )
-
-
-def _mean_interval(samples: Samples) -> tuple[float, float]:
-    half = 1.96 * float(samples.std()) / len(samples) ** 0.5
-    return float(samples.mean()) - half, float(samples.mean()) + half
 
 
 def _plain(row: str, metric: str, unit: str, samples: Samples, q: float = 0.5) -> Row:
@@ -93,7 +69,7 @@ def _plain(row: str, metric: str, unit: str, samples: Samples, q: float = 0.5) -
     )
 
 
-def _timed_steps(ring: Ring, rounds: int) -> tuple[Samples, np.ndarray]:
+def timed_steps(ring: Ring, rounds: int) -> tuple[Samples, np.ndarray]:
     """Time of each step [ms], and which of them added a pose node."""
     times: list[float] = []
     added: list[bool] = []
@@ -168,7 +144,7 @@ def _decisions(ring: Ring, rounds: int) -> list[Row]:
         choice = policy.decide(belief, from_figures(belief), grid, belief.map_from_base, memory)
         times.append(1000 * (time.process_time() - started))
         count = len(choice.candidates)
-    name, counts = _name(*ASKED), np.array([float(count)])
+    name, counts = name_of(*ASKED), np.array([float(count)])
     return [
         _plain(name, "decision, p50", "ms", np.array(times)),
         _plain(name, "candidates of the decision", "", counts),
