@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from services.mapping import prior
+from services.mapping import prior, relation_table
 from services.mapping.place_prior import by_hand
 from tests.running import started
 
@@ -21,8 +21,9 @@ def up(tmp_path: Path, request: pytest.FixtureRequest) -> Callable[..., object]:
 
 
 @pytest.fixture
-def prior_without_data(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Places and densities as they are without learning, so that laws do not hang on weights."""
+def without_learning(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Places, densities and relations without data, so that laws do not hang on weights."""
     unlearned = msgspec.structs.replace(prior.learned(), densities={})
     monkeypatch.setattr(prior, "learned", lambda: unlearned)
     monkeypatch.setattr(prior, "place_prior", lambda: by_hand)
+    monkeypatch.setattr(relation_table, "relation_table", lambda: relation_table.defaults)

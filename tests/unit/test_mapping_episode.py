@@ -18,7 +18,7 @@ from schemas.sensing import Odometry
 from schemas.topics import Output
 from services.mapping.node import MappingNode
 
-pytestmark = pytest.mark.usefixtures("prior_without_data")
+pytestmark = pytest.mark.usefixtures("without_learning")
 
 CLASSES = ("cone", "hydrant", "barrel")
 HALF_VIEW = math.radians(34.5)
