@@ -38,6 +38,7 @@ def test_a_typed_instruction_ends_with_the_goal_confirmed(up: Up, tmp_path: Path
             page.goto(address)
             say = page.locator("label", has_text="Say").locator("xpath=ancestor::div[.//input][1]")
             say.locator("input").fill("go to the hydrant behind the cone", timeout=60_000)
+            page.wait_for_timeout(150)  # as a hand would: see `type_and_enter`
             say.locator("input").press("Enter")
             confirmed = page.get_by_text(re.compile("goal confirmed")).first
             confirmed.wait_for(timeout=200_000)

@@ -27,6 +27,7 @@ _flags = (
     "--enable-unsafe-swiftshader",
 )
 _patience_ms = 60_000
+_hand_ms = 150
 _sentence = "go to the hydrant behind the cone"
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -171,14 +172,21 @@ def say_box(page):
     return label.locator("xpath=ancestor::div[.//input][1]").locator("input")
 
 
+def type_and_enter(box, text: str) -> None:
+    """As slow as a hand: in 50 ms a browser sends one message, and of others the last alone."""
+    box.page.wait_for_timeout(_hand_ms)
+    box.fill(text)
+    box.page.wait_for_timeout(_hand_ms)
+    box.press("Enter")
+
+
 def see(page, text: str) -> None:
     expect(page.get_by_text(text, exact=True).first).to_be_visible(timeout=_patience_ms)
 
 
 def test_an_instruction_is_sent_understood_and_confirmed(ticker, open_page):
     page = open_page()
-    say_box(page).fill(_sentence)
-    say_box(page).press("Enter")
+    type_and_enter(say_box(page), _sentence)
     said = ticker.wait_for(lambda output: output.topic is topics.INSTRUCTION).message
     assert said.text == _sentence
     ticker.put(topics.ANNOTATIONS.of(_annotations(said.id)))
@@ -207,8 +215,7 @@ def test_escape_stops_even_while_typing_and_release_lets_go(ticker, open_page):
 def test_everybody_has_an_own_box(ticker, open_page):
     mine, yours = open_page(), open_page()
     say_box(mine).fill("go to the cone")
-    say_box(yours).fill("stop")
-    say_box(yours).press("Enter")
+    type_and_enter(say_box(yours), "stop")
     stop = ticker.wait_for(lambda output: output.topic is topics.STOP).message
     assert stop.source.startswith("web:")
     expect(say_box(mine)).to_have_value("go to the cone")
@@ -248,8 +255,7 @@ def test_a_question_is_answered_with_a_button_or_typed_and_goes_when_answered(ti
     said = ticker.wait_for(lambda output: output.topic is topics.ANSWER).message
     assert (said.instruction_id, said.text) == ("i1", "tree")
     box = answer.locator("xpath=ancestor::div[.//input][1]").locator("input")
-    box.fill("a barrel")
-    box.press("Enter")
+    type_and_enter(box, "a barrel")
     ticker.wait_for(lambda output: getattr(output.message, "text", "") == "a barrel")
     ticker.put(topics.ANNOTATIONS.of(_annotations("i1")))
     expect(page.get_by_text("I have a question").first).to_be_hidden(timeout=_patience_ms)
