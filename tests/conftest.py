@@ -25,5 +25,5 @@ def without_learning(monkeypatch: pytest.MonkeyPatch) -> None:
     """Places, densities and relations without data, so that laws do not hang on weights."""
     unlearned = msgspec.structs.replace(prior.learned(), densities={})
     monkeypatch.setattr(prior, "learned", lambda: unlearned)
-    monkeypatch.setattr(prior, "place_prior", lambda: by_hand)
+    monkeypatch.setattr(prior, "place_prior", lambda role: by_hand)
     monkeypatch.setattr(relation_table, "relation_table", lambda: relation_table.defaults)

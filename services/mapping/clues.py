@@ -63,7 +63,8 @@ def log_factor(
         places, log_weight = _third_things(clue.other, objects, log_missed, viewer)
         pairs = _pairs(clue, anchors, places, viewer)
         density = np.logaddexp.reduce(pairs + log_weight, axis=1)
-    said = density - prior.log_place(anchors, viewer)
+    role = "figure" if clue.of_figure else "landmark"
+    said = density - prior.log_place(role, anchors, viewer)
     return np.logaddexp(np.log1p(-np.exp(_imprecise)) + said, _imprecise)
 
 
@@ -72,7 +73,9 @@ def _third_things(
 ) -> tuple[Floats, Floats]:
     """Places (n, 2) of the third thing, and the log of their probabilities (n,)."""
     seen = objects.class_log[:, other] + np.log(objects.existence)
-    seen = seen + prior.log_place(objects.mean, viewer) - np.log(prior.background_density)
+    seen = (
+        seen + prior.log_place("landmark", objects.mean, viewer) - np.log(prior.background_density)
+    )
     log_weight = np.concatenate([seen, log_missed - np.log(len(log_missed))])
     places = np.concatenate([objects.mean, unseen_places(viewer)])
     return places, log_weight - np.logaddexp.reduce(log_weight)
@@ -98,4 +101,4 @@ def _density(clue: Clue, offset: Floats, frame: Frame) -> Floats:
 def _standard_places() -> Floats:
     """In the frame of the viewer."""
     points = EvenPoints(np.random.default_rng(0)).first(_places)
-    return prior.places_at(points[:, :3], Pose2(0.0, 0.0, 0.0))
+    return prior.places_at("landmark", points[:, :3], Pose2(0.0, 0.0, 0.0))

@@ -12,8 +12,8 @@ _missed_odds = -0.3
 _missed_candidate_odds = -0.7
 _gone_odds = -2.0
 _forget_after = 30
-_near_share = 0.6
-"""A known thing is called missed only within this share of the trusted range."""
+_doubt = 0.3
+"""A known thing is called missed only where pictures are sharp, and this much nearer [m]."""
 
 
 class ObjectMap:
@@ -64,8 +64,8 @@ class ObjectMap:
         local = picture.map_from_base.inverse().apply(self._means())
         distance = np.hypot(local[:, 0], local[:, 1])
         radii = np.array([thing.radius for thing in self._things])
-        trust = [_near_share if thing.confirmed else 1.0 for thing in self._things]
-        near = distance < np.array(trust) * view.reach
+        sharp = view.sharp_share * view.reach - _doubt
+        near = distance < np.array([sharp if t.confirmed else view.reach for t in self._things])
         shown = near & view.shows(distance - radii - 0.1, np.arctan2(local[:, 1], local[:, 0]))
         for thing, plain in zip(self._things, shown.tolist(), strict=True):
             self._overlooked(thing, plain)

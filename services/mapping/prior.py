@@ -1,7 +1,9 @@
 """What is believed about things before anything is seen: where they may be and how big they are."""
 
+from collections.abc import Mapping
 from functools import cache
 from importlib import resources
+from typing import Literal
 
 import msgspec
 import numpy as np
@@ -10,6 +12,9 @@ from msgspec import Struct
 from schemas.arrays import Floats
 from schemas.geometry import Pose2
 from services.mapping.place_prior import PlacePrior
+
+Role = Literal["figure", "landmark"]
+"""What people speak of, and what they name to say where it is, which is nearer to them."""
 
 background_density = 1 / 500
 """Unrelated objects of a class per square metre: the concentration of the Dirichlet process
@@ -39,6 +44,14 @@ _large_radius = {"building": 2.5, "wall": 0.3}
 _radius_of_places = dict.fromkeys(_density_of_places, 2.0) | {"hallway": 3.0, "elevator": 1.0}
 
 
+class PlaceWeights(Struct, frozen=True, kw_only=True):
+    """Of a mixture of places, see `PlacePrior`."""
+
+    means: tuple[tuple[float, float], ...]
+    spreads: tuple[tuple[float, float], ...]
+    shares: tuple[float, ...]
+
+
 class PriorWeights(Struct, frozen=True, kw_only=True):
     """What was learned in training worlds, and how good it is."""
 
@@ -46,10 +59,7 @@ class PriorWeights(Struct, frozen=True, kw_only=True):
     first_seed: int
     worlds: int
     """Of each kind."""
-    means: tuple[tuple[float, float], ...]
-    spreads: tuple[tuple[float, float], ...]
-    shares: tuple[float, ...]
-    """Of the mixture of places, see `PlacePrior`."""
+    places: Mapping[Role, PlaceWeights]
     densities: dict[str, float]
     """Unrelated things by class [1/m^2]."""
     held_out: dict[str, float]
@@ -64,9 +74,9 @@ def learned() -> PriorWeights:
 
 
 @cache
-def place_prior() -> PlacePrior:
-    """Where things may be that people speak of."""
-    weights = learned()
+def place_prior(role: Role) -> PlacePrior:
+    """Where things of a role may be."""
+    weights = learned().places[role]
     return PlacePrior(np.array(weights.means), np.array(weights.spreads), np.array(weights.shares))
 
 
@@ -82,11 +92,11 @@ def typical_radius(name: str) -> float:
     return radii.get(name, _default_radius)
 
 
-def places_at(points: Floats, viewer: Pose2) -> Floats:
+def places_at(role: Role, points: Floats, viewer: Pose2) -> Floats:
     """Places (n, 2), map frame, made of points (n, 3) of the unit cube."""
-    return viewer.apply(place_prior().places_at(points))
+    return viewer.apply(place_prior(role).places_at(points))
 
 
-def log_place(points: Floats, viewer: Pose2) -> Floats:
+def log_place(role: Role, points: Floats, viewer: Pose2) -> Floats:
     """Log density (n,) of what `places_at` makes of even points, at points (n, 2), map frame."""
-    return place_prior().log_density(viewer.inverse().apply(points))
+    return place_prior(role).log_density(viewer.inverse().apply(points))

@@ -22,6 +22,7 @@ from services.mapping.particles import (
     joined,
     nothing,
 )
+from services.mapping.prior import Role
 from services.mapping.target import (
     Evidence,
     log_target,
@@ -129,21 +130,21 @@ def _new_beside_robot(reading: Reading, points: Floats, evidence: Evidence) -> _
 
 
 def _new_alone(points: Floats, evidence: Evidence) -> _Draw:
-    places, log_proposal = _new_places(points, evidence)
+    places, log_proposal = _new_places("figure", points, evidence)
     new = np.full(len(points), hypothesised_figure, np.int32)
     return _Draw(new, places, _no_one(new), np.zeros(places.shape), log_proposal)
 
 
 def _all_new(reading: Reading, points: Floats, evidence: Evidence) -> _Draw:
-    places, log_proposal = _new_places(points, evidence)
+    places, log_proposal = _new_places("landmark", points, evidence)
     new = np.full(len(points), hypothesised_landmark, np.int32)
     return _new_figure(reading, new, places, log_proposal, points[:, 3:], evidence)
 
 
-def _new_places(points: Floats, evidence: Evidence) -> tuple[Floats, Floats]:
+def _new_places(role: Role, points: Floats, evidence: Evidence) -> tuple[Floats, Floats]:
     """Places (n, 2) from the prior, and log density (n,) times count."""
-    places = prior.places_at(points[:, :3], evidence.viewer)
-    return places, prior.log_place(places, evidence.viewer) + np.log(len(points))
+    places = prior.places_at(role, points[:, :3], evidence.viewer)
+    return places, prior.log_place(role, places, evidence.viewer) + np.log(len(points))
 
 
 def _near_seen_landmark(

@@ -126,13 +126,14 @@ def _of_reading(particles: Particles, reading: Reading, evidence: Evidence) -> F
     )
     value += np.where(np.isin(particles.figure, reading.not_meant), _impossible, 0.0)
     if reading.relation is None:
-        return value + prior.log_place(particles.figure_position, evidence.viewer)
+        return value + prior.log_place("figure", particles.figure_position, evidence.viewer)
     value += _relation_term(particles, reading, reading.relation, evidence)
     for clue in reading.clues:
         value += _clue_term(particles, clue, evidence)
     if reading.landmark is None:
         return value
-    value += prior.log_place(particles.landmark_position, evidence.viewer) + _standing(
+    value += prior.log_place("landmark", particles.landmark_position, evidence.viewer)
+    value += _standing(
         particles.landmark, particles.landmark_position, reading.landmark, evidence.for_landmarks
     )
     value += np.where(particles.figure == particles.landmark, _impossible, 0.0)

@@ -55,6 +55,14 @@ def views_of(centers: Floats, map_from_base: Pose2, range_max: float) -> list[Ca
     return parts
 
 
+def standing_at(centers: Floats, map_from_base: Pose2) -> Candidates:
+    """To drive over places (N, 2): what is there comes into view on the way, or it is not there."""
+    here = np.array([[map_from_base.x, map_from_base.y]])
+    aimed = looking(Kind.HYPOTHESISED, centers, np.repeat(here, len(centers), axis=0))
+    pose = np.column_stack([centers, aimed.pose[:, 2]])
+    return Candidates(aimed.kinds, centers, pose, aimed.object_id)
+
+
 def approaches(center: Floats, radius: float, object_id: int, map_from_base: Pose2) -> Candidates:
     """Places round a seen thing at (2,) from which to declare it found, the nearest first."""
     here = np.array([map_from_base.x, map_from_base.y])

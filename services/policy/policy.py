@@ -14,6 +14,7 @@ from services.policy.belief_features import Situation, belief_features
 from services.policy.candidates import Candidates, Kind
 from services.policy.cost import Circumstances, Cost, Words
 from services.policy.referents import Referents, best_found, mass_of, seen_figures
+from services.policy.search import places_to_look
 from services.policy.terrain import Terrain, terrain_for
 from services.policy.travel import travel_from
 from services.policy.view import FieldOfView
@@ -22,7 +23,7 @@ _shortest_move = 0.7
 """Shorter moves show nothing new and would freeze the robot [m]."""
 _smallest_turn = np.radians(20.0)
 _refused_within = 0.7
-_standing_slack = 0.25
+_standing_slack = 0.15
 """Farther from the stand-off than this is not at the thing [m]."""
 _in_the_middle = 0.5
 """This near to the free middle of a place one is there [m]."""
@@ -194,6 +195,8 @@ class BeliefPolicy:
         if self._view.half_angle < np.pi:
             parts.append(places.turns(pose))
         parts += places.views_of(places.hypotheses(referents), pose, self._view.range_max)
+        looks = places_to_look(referents, self._view)
+        parts.append(places.standing_at(looks, pose))
         parts += [self._ways_to(belief, one, situation, pose) for one in seen_figures(referents)]
         return candidates_of.joined(parts)
 

@@ -1,12 +1,12 @@
 """How far it is to the goal in each hypothesis, if a candidate is taken first.
 
 The robot does not know which hypothesis holds, so the way to a thing that nobody saw yet leads
-over places that turn out to be empty. What follows after the candidate is a sweep: again and again
-to the place that shows most of what is left for its way. Until something comes into view all
-hypotheses share this sweep; from then on each is taken to be known (the figure is where it says).
-The first moment of the result is the expected way of the plan that begins with the candidate, which
-a rule that only weighs the next look against its way cannot see (a rollout, Bertsekas and Castanon
-1999).
+over places that turn out to be empty. What follows after the candidate is a sweep over few places
+that together show all that is left. Until something comes into view all hypotheses share this
+sweep; from then on each is taken to be known (the figure is where it says). The first moment of the
+result is the expected way of the best sweep that begins with the candidate, which a rule that only
+weighs the next look against its way cannot see. Sweeps are found by beam search, in which every
+candidate keeps its own best beginning.
 """
 
 from dataclasses import dataclass
@@ -20,13 +20,13 @@ from services.policy.referents import Referents
 from services.policy.sight import Legs, distances, shown_from
 from services.policy.view import FieldOfView
 
-_eagerness = (0.3, 1.0, 4.0)
-"""Sweeps that are tried [m]: the smaller, the rather the near first. The best of them counts."""
-_looks = 14
+_looks = 16
 """Places that a sweep goes over, at most."""
+_width = 24
+"""Sweeps kept beside the best one of each candidate."""
 _least_share = 0.01
 _not_found = 15.0
-"""Added to the way of what the whole sweep does not show [m]."""
+"""Detour to what the sweep does not show, beside the straight way from its end [m]."""
 _pause = 1.0
 """Every move costs a look and a decision, worth this much of way [m]."""
 _overlap = 0.8
@@ -102,6 +102,12 @@ def way_to_goal(
     return np.where(referents.known, ways, expected[:, None])
 
 
+def places_to_look(referents: Referents, view: FieldOfView) -> Floats:
+    """Few places (N, 2) that together show everything that is left to see."""
+    pending, quest = _quest(referents)
+    return _cover(quest, view) if len(pending) else np.zeros((0, 2))
+
+
 def _last_leg(distance: Floats) -> Floats:
     """Way to a thing at a distance, which is yet another move [m]."""
     return np.maximum(distance - stand_off, 0.0) + _pause
@@ -131,17 +137,102 @@ def _planned(
     pose: Floats, lengths: Floats, candidates: Candidates, quest: Quest, view: FieldOfView
 ) -> Floats:
     """Ways (C, H) of the best sweep after each candidate."""
-    looks = _places_to_look(quest, view)
-    first = _to_candidates(pose, lengths, candidates, quest, view)
-    then = _between(candidates.pose[:, :2], looks, quest, view)
-    later = _between(looks, looks, quest, view)
-    sweeps = np.stack([_swept(first, then, later, quest, eager) for eager in _eagerness])
-    best = np.argmin(sweeps @ quest.weight, axis=0)
-    return sweeps[best, np.arange(len(candidates))]
+    looks = _cover(quest, view)
+    first = _Table.of(
+        _to_candidates(pose, lengths, candidates, quest, view), candidates.pose, quest
+    )
+    table = _Table.of(_between(candidates.pose[:, :2], looks, quest, view), looks, quest)
+    later = _Table.of(_between(looks, looks, quest, view), looks, quest)
+    sweeps = _Sweeps.begun(first)
+    ways = sweeps.way.copy()
+    for _ in range(len(looks)):
+        sweeps, table = sweeps.extended(table, quest.weight), later
+        if not len(sweeps.first):
+            break
+        rows = _best_of_each(sweeps.first, sweeps.way @ quest.weight)
+        # Longer sweeps guess less.
+        ways[sweeps.first[rows]] = sweeps.way[rows]
+    return ways
 
 
-def _places_to_look(quest: Quest, view: FieldOfView) -> Floats:
-    """Few places (N, 2) that together show everything that is left: greedy cover."""
+@dataclass(frozen=True)
+class _Table:
+    """What looks from B places after ways from A places bring."""
+
+    length: Floats
+    """(A, B) with the pause after it [m]."""
+    shows: Flags
+    """(A, B, H) where something new comes into view."""
+    way: Floats
+    """(A, B, H) to the figure: the true one where something does, else a guess [m]."""
+
+    @staticmethod
+    def of(ways: _Ways, ends: Floats, quest: Quest) -> "_Table":
+        length, shows = ways.length + _pause, np.isfinite(ways.at)
+        guess = length[..., None] + distances(ends[:, :2], quest.figure) + _not_found
+        return _Table(length, shows, np.where(shows, ways.at + ways.rest, guess))
+
+
+@dataclass(frozen=True)
+class _Sweeps:
+    """S beginnings of sweeps, all with as many looks."""
+
+    first: Ints
+    """(S,) candidate that each began with."""
+    place: Ints
+    """(S,) where each has got to: a row of the next table."""
+    length: Floats
+    """(S,) of the way so far [m]."""
+    pending: Flags
+    """(S, H) where nothing came into view yet."""
+    way: Floats
+    """(S, H) to the figure, a guess where pending [m]."""
+
+    @staticmethod
+    def begun(first: _Table) -> "_Sweeps":
+        """One with each candidate."""
+        rows = np.arange(first.length.shape[1], dtype=np.int32)
+        return _Sweeps(rows, rows, first.length[0], ~first.shows[0], first.way[0])
+
+    def extended(self, table: _Table, weight: Floats) -> "_Sweeps":
+        """The best of all sweeps that go on to one more look."""
+        left = self.pending * weight
+        shown = np.einsum("sh,snh->sn", left, table.shows[self.place])
+        score = np.einsum("sh,snh->sn", left, table.way[self.place])
+        score += ((~self.pending * self.way) @ weight + left.sum(axis=1) * self.length)[:, None]
+        useful = shown > _least_share * left.sum(axis=1)[:, None]
+        sweep, look = self._best(np.where(useful, score, np.inf))
+        place, length = self.place[sweep], self.length[sweep]
+        way = np.where(
+            self.pending[sweep], length[:, None] + table.way[place, look], self.way[sweep]
+        )
+        return _Sweeps(
+            first=self.first[sweep],
+            place=look,
+            length=length + table.length[place, look],
+            pending=self.pending[sweep] & ~table.shows[place, look],
+            way=way,
+        )
+
+    def _best(self, score: Floats) -> tuple[Ints, Ints]:
+        """Sweep and look (S',) of the least scores (S, N): of all, and of each candidate."""
+        looks = score.shape[1]
+        order = np.argsort(score, axis=None, kind="stable")
+        order = order[: np.isfinite(score).sum()].astype(np.int32)
+        own = _best_of_each(self.first[order // looks], np.arange(len(order), dtype=np.int32))
+        kept = order[np.union1d(own, np.arange(min(_width, len(order))))]
+        return kept // np.int32(looks), kept % np.int32(looks)
+
+
+def _best_of_each(owner: Ints, score: Floats | Ints) -> Ints:
+    """Row with the least score of each owner among (S,)."""
+    order = np.lexsort((score, owner))
+    _, first = np.unique(owner[order], return_index=True)
+    return order[first].astype(np.int32)
+
+
+def _cover(quest: Quest, view: FieldOfView) -> Floats:
+    """Places (N, 2), the one that shows most of what the ones before did not show first."""
     figure, landmark = ~quest.figure_seen, ~quest.landmark_seen
     places = np.concatenate([quest.figure[figure], quest.landmark[landmark]])
     left = np.concatenate([quest.weight[figure], quest.weight[landmark]])
@@ -197,24 +288,3 @@ def _ways(
     place_y = legs.start[:, None, None, 1] + driven * y[..., None]
     rest = quest.rest(place_x, place_y, figure_at <= landmark_at, view)
     return _Ways(length, at, rest)
-
-
-def _swept(first: _Ways, then: _Ways, later: _Ways, quest: Quest, eagerness: float) -> Floats:
-    """Ways (C, H) when a greedy sweep goes on after each candidate."""
-    way = first.at[0] + first.rest[0]
-    length = first.length[0] + _pause
-    rows = np.arange(len(length))
-    ahead, at_row, going = then, rows, np.ones(len(length), np.bool_)
-    for _ in range(then.length.shape[1]):
-        left = quest.weight * np.isinf(way)
-        gain = np.einsum("cnh,ch->cn", np.isfinite(ahead.at)[at_row], left)
-        chosen = np.argmax(gain / (ahead.length[at_row] + eagerness), axis=1)
-        going = going & (gain[rows, chosen] > _least_share * left.sum(axis=1))
-        if not going.any():
-            break
-        news = going[:, None] & np.isinf(way)
-        step = length[:, None] + ahead.at[at_row, chosen] + ahead.rest[at_row, chosen]
-        way = np.where(news, step, way)
-        length += np.where(going, ahead.length[at_row, chosen] + _pause, 0.0)
-        ahead, at_row = later, np.where(going, chosen, 0)
-    return np.where(np.isinf(way), length[:, None] + _not_found, way)

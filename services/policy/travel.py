@@ -9,8 +9,6 @@ from scipy.sparse import csgraph
 from schemas.arrays import Floats
 from services.policy.terrain import Terrain
 
-_beyond = 1.3
-"""Ways over ground that was never measured are longer than they look."""
 _neighbours = ((0, 1), (1, 0), (1, 1), (1, -1))
 
 
@@ -25,11 +23,18 @@ class Travel:
     """(Y, X) of the terrain's blocks, infinite where the base cannot get [m]."""
 
     def to(self, points: Floats) -> Floats:
-        """Way to points (N, 2) [m]; never shorter than the straight line."""
+        """Way to points (N, 2) [m]; straight to what lies off the terrain.
+
+        Steps from block to block make a straight way longer too; only what is longer than that
+        is a detour.
+        """
         row, column, inside = self.terrain.blocks(points)
-        straight = np.hypot(*(points - self.start).T)
-        way = np.where(inside, self.distance[row, column], _beyond * straight)
-        return np.maximum(way, straight)
+        offset = np.abs(points - self.start)
+        straight = np.hypot(*offset.T)
+        in_steps = offset.max(axis=1) + (np.sqrt(2) - 1) * offset.min(axis=1)
+        least = self.distance[row, column] - self.terrain.resolution
+        stretch = np.maximum(least / np.maximum(in_steps, 1e-9), 1.0)
+        return straight * np.where(inside, stretch, 1.0)
 
 
 def travel_from(terrain: Terrain, start: Floats, radius: float) -> Travel:

@@ -1,6 +1,7 @@
 """Relations are densities, and what is sampled from them is what they say."""
 
 from dataclasses import replace
+from typing import get_args
 
 import msgspec
 import numpy as np
@@ -134,10 +135,11 @@ def test_weights_read_back_are_those_that_were_learned() -> None:
     np.testing.assert_array_equal(after, before)
 
 
-def test_the_prior_is_the_density_of_its_samples() -> None:
+@pytest.mark.parametrize("role", get_args(prior.Role))
+def test_the_prior_is_the_density_of_its_samples(role: prior.Role) -> None:
     rng = np.random.default_rng(0)
-    places = prior.places_at(rng.random((20_000, 3)), VIEWER)
+    places = prior.places_at(role, rng.random((20_000, 3)), VIEWER)
     shifted = places + 0.5
     # E[q / p] over samples of p is the integral of q.
-    ratio = np.exp(prior.log_place(shifted, VIEWER) - prior.log_place(places, VIEWER))
+    ratio = np.exp(prior.log_place(role, shifted, VIEWER) - prior.log_place(role, places, VIEWER))
     assert ratio.mean() == pytest.approx(1.0, abs=0.05)

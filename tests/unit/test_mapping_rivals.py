@@ -1,5 +1,7 @@
 """The comparative over all candidates, and what is believed before anything is seen."""
 
+from typing import get_args
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from services.mapping.grid import Grid
 from services.mapping.objects import ObjectColumns
 from services.mapping.particles import Particles
 from services.mapping.place_prior import by_hand
+from services.mapping.prior import Role
 from services.mapping.relation_table import relation_named
 from services.mapping.rivals import disc_round, log_no_unseen_rival
 from services.mapping.target import Evidence, log_target
@@ -82,10 +85,11 @@ def test_doubt_is_bounded() -> None:
     assert doubt[0] == pytest.approx(np.log(0.01), abs=0.01)
 
 
-def test_places_learned_are_likelier_than_by_hand_in_other_worlds() -> None:
+@pytest.mark.parametrize("role", get_args(Role))
+def test_places_learned_are_likelier_than_by_hand_in_other_worlds(role: Role) -> None:
     fitted, others = sample_worlds(30, FIRST_SEED), sample_worlds(30, FIRST_SEED + 500)
-    learned = fit_places(places_meant(fitted))
-    places = places_meant(others)
+    learned = fit_places(places_meant(fitted, role))
+    places = places_meant(others, role)
     assert learned.log_density(places).mean() > by_hand.log_density(places).mean()
     assert learned.shares.sum() == pytest.approx(1.0)
 

@@ -127,7 +127,7 @@ def test_never_stops_at_something_that_is_only_hypothesised(policy):
 
 
 def test_stops_where_the_goal_is_confirmed(policy):
-    seen = [(1, HYDRANT, 1.4, 0.0), (2, CONE, 0.5, 3.0)]
+    seen = [(1, HYDRANT, 1.3, 0.0), (2, CONE, 0.5, 3.0)]
     choice = decide(policy, belief_of([1] * 10, [2] * 10, seen))
     assert choice.kind is Kind.STOP
     assert choice.confirmed == pytest.approx(1.0)
@@ -140,7 +140,7 @@ def test_does_not_stop_while_the_landmark_is_only_imagined(policy):
 
 
 def test_does_not_stop_on_a_coin_flip(policy):
-    seen = [(1, HYDRANT, 1.4, 0.0), (2, CONE, 0.5, 3.0)]
+    seen = [(1, HYDRANT, 1.3, 0.0), (2, CONE, 0.5, 3.0)]
     figures = [1] * 5 + [(9.0, 5.0)] * 5
     choice = decide(policy, belief_of(figures, [2] * 10, seen))
     assert choice.kind is not Kind.STOP

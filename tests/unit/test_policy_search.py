@@ -1,12 +1,14 @@
 """Laws of what comes into view on a way, and of the way that a search takes to the goal."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 from services.policy.candidates import Kind, looking
 from services.policy.places import stand_off
 from services.policy.referents import Referents
-from services.policy.search import way_to_goal
+from services.policy.search import places_to_look, way_to_goal
 from services.policy.sight import Legs, shown_from
 from services.policy.view import FieldOfView
 
@@ -93,6 +95,35 @@ def test_what_is_not_at_the_first_place_is_looked_for_at_the_next():
     there = 6 * np.sqrt(2)
     assert found[0] == pytest.approx((there - 3) + (3 - stand_off) + 1)
     assert found[1] == pytest.approx(there + 1 + (12 - 3) + (3 - stand_off) + 1)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_best_sweep_is_that_of_trying_all_orders(seed):
+    """Hydrants that may be so far apart that each must be gone to."""
+    rng = np.random.default_rng(seed)
+    turn = np.arange(5) * 2 * np.pi / 5
+    figure = rng.uniform(11, 14, 5)[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
+    hypotheses = referents(figure, weights=rng.uniform(1, 4, 5))
+    found = ways(figure, hypotheses) @ hypotheses.probability
+    tried = np.full(5, np.inf)
+    for order in itertools.permutations(range(5)):
+        gone, here, expected = 0.0, np.zeros(2), 0.0
+        for number in order:
+            gone += np.hypot(*(figure[number] - here))
+            expected += hypotheses.probability[number] * (gone - stand_off + 1)
+            gone, here = gone + 1, figure[number]
+        tried[order[0]] = min(tried[order[0]], expected)
+    assert found.min() == pytest.approx(tried.min())
+    assert np.all(found > tried - 1e-6)
+
+
+def test_a_look_on_the_way_to_another_is_no_detour():
+    """Or the robot would hop from look to look and never get to where it wanted."""
+    figure = np.random.default_rng(3).normal((14, 0), (2, 5), (80, 2))
+    places = places_to_look(referents(figure), ALL_ROUND)
+    directly, hopping = (ways(ends, referents(figure)) for ends in (places, places / 4))
+    weight = referents(figure).probability
+    assert (directly @ weight).min() < (hopping @ weight).min()
 
 
 def test_seeing_the_landmark_tells_where_the_figure_is():

@@ -14,7 +14,7 @@ _rounds = 100
 _fitted = 5
 _first_bearings = np.radians(40.0)
 """The components start side by side, to either side of the robot's axis [rad]."""
-_broad_share, _broad_spread = 0.1, 10.0
+_broad_share, _broad_spread = 0.03, 10.0
 _least_spread = 1.5
 """Components stay wider than what the training worlds have in common by choice [m]."""
 

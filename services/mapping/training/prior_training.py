@@ -1,14 +1,15 @@
 """Learns where things may be and how many there are, and says how sure the filter may be."""
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import get_args
 
 import numpy as np
 
 from schemas.arrays import Floats
 from services.mapping import prior
 from services.mapping.place_prior import PlacePrior, by_hand
-from services.mapping.prior import PriorWeights
+from services.mapping.prior import PlaceWeights, PriorWeights, Role
 from services.mapping.training.groundings import CLASSES, Scored, fit_densities, score
 from services.mapping.training.place_fit import fit_places
 from services.mapping.training.worlds import (
@@ -18,6 +19,7 @@ from services.mapping.training.worlds import (
     sample_worlds,
 )
 
+ROLES: tuple[Role, ...] = get_args(Role)
 WORLDS = 120
 """Of each layout."""
 _bins = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)
@@ -29,7 +31,7 @@ def train_priors(worlds: int, progress: Progress) -> PriorWeights:
     """Weights from worlds of each layout; half as many more are kept apart."""
     fitted = sample_worlds(worlds, FIRST_SEED)
     kept_apart = sample_worlds(worlds // 2, FIRST_SEED + worlds)
-    places = fit_places(places_meant(fitted))
+    places = {role: fit_places(places_meant(fitted, role)) for role in ROLES}
     scored, held_out = (
         score(group, np.random.default_rng(number))
         for number, group in enumerate((fitted, kept_apart))
@@ -42,9 +44,7 @@ def train_priors(worlds: int, progress: Progress) -> PriorWeights:
         source="python -m services.mapping.training: layouts of sim.scenes.object_relative",
         first_seed=FIRST_SEED,
         worlds=worlds,
-        means=_pairs(places.means),
-        spreads=_pairs(places.spreads),
-        shares=tuple(round(share, 4) for share in places.shares.tolist()),
+        places={role: _weights(mixture) for role, mixture in places.items()},
         densities={n: round(one, 6) for n, one in zip(CLASSES, densities.tolist(), strict=True)},
         held_out=_held_out(places, kept_apart, held_out, change),
     )
@@ -65,16 +65,27 @@ def calibration(scored: Scored, log_change: Floats) -> list[str]:
 
 
 def _held_out(
-    places: PlacePrior, worlds: Sequence[TrainingWorld], scored: Scored, log_change: Floats
+    places: Mapping[Role, PlacePrior],
+    worlds: Sequence[TrainingWorld],
+    scored: Scored,
+    log_change: Floats,
 ) -> dict[str, float]:
-    meant = places_meant(worlds)
+    meant = {role: places_meant(worlds, role) for role in places}
     values = {
-        "places": places.log_density(meant),
-        "places by hand": by_hand.log_density(meant),
+        **{f"{role}s": places[role].log_density(at) for role, at in meant.items()},
+        **{f"{role}s by hand": by_hand.log_density(at) for role, at in meant.items()},
         "groundings": np.log(scored.probability(log_change)),
         "groundings before": np.log(scored.probability(np.zeros(2))),
     }
     return {name: round(float(np.mean(value)), 3) for name, value in values.items()}
+
+
+def _weights(places: PlacePrior) -> PlaceWeights:
+    return PlaceWeights(
+        means=_pairs(places.means),
+        spreads=_pairs(places.spreads),
+        shares=tuple(round(share, 4) for share in places.shares.tolist()),
+    )
 
 
 def _pairs(values: Floats) -> tuple[tuple[float, float], ...]:

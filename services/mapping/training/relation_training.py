@@ -13,6 +13,7 @@ from services.mapping.relation_table import (
 )
 from services.mapping.relations import Axis, Radial, Relation, features
 from services.mapping.training.acceptability import degrees
+from services.mapping.training.practice import practised
 from services.mapping.training.relation_fit import axes_of, fit_relation, mean_log_density
 from services.mapping.training.utterances import sample_examples
 
@@ -26,7 +27,10 @@ Progress = Callable[[str], None]
 
 
 def train_relations(scenes: int, seed: int, progress: Progress) -> RelationFile:
-    """Weights of all relations; the same scenes and seed give the same weights."""
+    """Weights of all relations; the same scenes and seed give the same weights.
+
+    Of a word that is practised half of the examples are from the practice worlds.
+    """
     learned = {}
     for number, name in enumerate(degrees):
         learned[name] = one = _train(name, scenes, np.random.default_rng([seed, number]))
@@ -35,7 +39,7 @@ def train_relations(scenes: int, seed: int, progress: Progress) -> RelationFile:
             f"{one.held_out_default:.3f} without learning"
         )
     return RelationFile(
-        source="python -m services.mapping.training: sampled scenes and annotators",
+        source="python -m services.mapping.training: annotators of scenes, and practice worlds",
         seed=seed,
         scenes=scenes,
         relations=learned,
@@ -43,7 +47,8 @@ def train_relations(scenes: int, seed: int, progress: Progress) -> RelationFile:
 
 
 def _train(name: str, scenes: int, rng: np.random.Generator) -> RelationWeights:
-    examples = sample_examples(name, scenes, rng)
+    annotated = sample_examples(name, scenes, rng)
+    examples = annotated.joined(practised(name, len(annotated.offset)))
     kept_apart = np.arange(len(examples.offset)) % HELD_OUT == 0
     fitted, held_out = examples.take(~kept_apart), examples.take(kept_apart)
     relation = fit_relation(fitted, defaults[name])

@@ -45,17 +45,19 @@ class Examples:
         """Rows by index or mask."""
         return Examples(self.offset[rows], self.phi[rows])
 
+    def joined(self, others: "Examples") -> "Examples":
+        """These and others."""
+        offset = np.concatenate([self.offset, others.offset])
+        return Examples(offset, np.concatenate([self.phi, others.phi]))
+
 
 def sample_examples(relation: str, count: int, rng: Generator) -> Examples:
     """Examples of a word, out of `count` scenes; those without a fitting pair yield none."""
     robot = round(_of_robot_share * count) if relation in of_robot else 0
-    parts = [_chosen(relation, sample_scenes(count - robot, rng), False, rng)]
+    examples = _chosen(relation, sample_scenes(count - robot, rng), False, rng)
     if robot:
-        parts.append(_chosen(relation, sample_scenes(robot, rng), True, rng))
-    return Examples(
-        np.concatenate([part.offset for part in parts]),
-        np.concatenate([part.phi for part in parts]),
-    )
+        return examples.joined(_chosen(relation, sample_scenes(robot, rng), True, rng))
+    return examples
 
 
 def _chosen(relation: str, scenes: Scenes, robot: bool, rng: Generator) -> Examples:
