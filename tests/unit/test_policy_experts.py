@@ -64,7 +64,7 @@ def seen_all(figure: int) -> MapBelief:
 
 def experts_at(pose: Pose2) -> list[Expert]:
     truth = truth_at(pose)
-    return [Clairvoyant(truth), DetectionRate(truth, RULE), LeastWay(truth, RULE)]
+    return [Clairvoyant(truth), DetectionRate(truth, RULE), LeastWay(truth)]
 
 
 def test_ways_on_the_true_map_lead_round_things():
@@ -147,7 +147,7 @@ def test_none_declares_the_goal_where_the_robot_would_declare_something_else():
 def test_the_least_way_is_the_one_over_the_belief_and_not_over_the_true_map():
     pose = Pose2(0.0, 0.0, 0.0)
     setting = setting_of(belief_of([(-9.0, 0.0)] * 8, [(-7.0, 0.0)] * 8), pose)
-    advice = LeastWay(truth_at(pose), RULE).advise(setting)
+    advice = LeastWay(truth_at(pose)).advise(setting)
     assert setting.proposal.candidates.target[advice.label, 0] < 0
     assert advice.margin[advice.label] == 0
 

@@ -36,6 +36,8 @@ from sim.world import make_world
 
 MOST_MOMENTS = 3
 """K of what is recorded, so that fewer can be tried on the same data."""
+_patience = 0.7
+"""Margin up to which an expert who acts goes on with what he follows, against dithering."""
 _stream = 17
 _most_decisions = 60
 """Of one episode that are kept, so that one that got stuck does not outweigh the others; and for
@@ -215,12 +217,13 @@ class LabelledPolicy(BeliefPolicy):
         self.decisions.append(_decision(proposal, advice, memory.words))
         if self._rng.random() >= self._beta:
             return choice
-        kept = proposal.following and advice.label == 1
+        searching = self.goal_of(referents, memory.searching_s) is None
+        kept = proposal.following and searching and bool(advice.margin[1] <= _patience)
         return Choice(
             candidates=choice.candidates,
             costs=choice.costs,
             gains=choice.gains,
-            chosen=advice.label,
+            chosen=1 if kept else advice.label,
             confirmed=choice.confirmed,
             kept=kept,
             is_idle=False,

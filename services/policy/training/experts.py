@@ -33,6 +33,8 @@ _full_regret = 1.5
 """Way wasted for which an action is as wrong as any [m]."""
 _full_share = 0.3
 """The same as a share of the best action's cost, where costs are not ways."""
+_turning = 0.05
+"""Way that is worth a turn: it takes time alone [m/rad]."""
 _again = 2.0
 """Way that another look from the same place is not worth [m]."""
 _wrong_stop = 8.0
@@ -116,8 +118,8 @@ class DetectionRate:
 class LeastWay:
     """Takes the least expected way to the goal, see `services.policy.search`, until it is there."""
 
-    def __init__(self, truth: TrueWays, rule: RateRule) -> None:
-        self._truth, self._rule = truth, rule
+    def __init__(self, truth: TrueWays) -> None:
+        self._truth = truth
 
     def advise(self, setting: Setting) -> Advice:
         """What begins the best sweep over the hypotheses, or a stop that is right."""
@@ -125,8 +127,10 @@ class LeastWay:
         if setting.proposal.here and self._truth.gap() <= _standing_within:
             return Advice(int(np.argmax(stop)), np.where(stop, 0.0, 1.0))
         mean = setting.proposal.features[:, 0]
-        turn, tried = mean[:, names.index("turn")], mean[:, names.index("tried")]
-        way = mean[:, names.index("way")] + self._rule.turn_m_per_rad * turn + _again * tried
+        tried, found = mean[:, names.index("tried")], mean[:, names.index("reach_found")]
+        # A thing that was found is gone to, however often one was near it.
+        way = mean[:, names.index("way")] + _again * tried * (1 - found)
+        way = way + _turning * mean[:, names.index("turn")]
         return _advice((way - way[~stop].min()) / _full_regret, stop)
 
 
@@ -134,7 +138,7 @@ def make_expert(name: ExpertName, truth: TrueWays, rule: RateRule) -> Expert:
     """The expert of that name in one world."""
     if name == "clairvoyant":
         return Clairvoyant(truth)
-    return LeastWay(truth, rule) if name == "least_way" else DetectionRate(truth, rule)
+    return LeastWay(truth) if name == "least_way" else DetectionRate(truth, rule)
 
 
 def _advice(regret: Floats, stop: Flags) -> Advice:

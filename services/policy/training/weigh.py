@@ -13,8 +13,9 @@ from services.policy.linear import Block, LinearWeights, Provenance, by_feature,
 from services.policy.training.collect import Decision
 from services.policy.training.fit import FitSettings, State, agreement, fit, mean_loss
 
-_patience = 0.5
+_patience = 1.0
 _confirmed = 0.9
+_stop_above = 0.6
 _least_deviation = 1e-3
 """Of a feature that hardly ever differs: rare values must not become huge."""
 _constant = 1e-6
@@ -62,7 +63,7 @@ class Learned:
             moments=self.standard.moments,
             patience=_patience,
             confirmed=_confirmed,
-            stop_above=0.0,
+            stop_above=_stop_above,
             move=move,
             stop=stop,
         )
@@ -106,17 +107,25 @@ def learn(
 
 
 def standard_of(decisions: Sequence[Decision], moments: int) -> Standard:
-    """Mean and deviation over all candidates; what is constant stays as it is, as a bias."""
-    features = np.concatenate([one.features[:, :moments] for one in decisions]).astype(np.float64)
-    stopping = stops(features)
-    blocks = [_moments_of(features[stopping == is_stop]) for is_stop in (False, True)]
+    """Mean over all candidates, and deviation; what is constant stays as it is, as a bias.
+
+    Of moves the deviation within decisions counts: what is the same for all moves of a decision
+    decides nothing, however much it differs from decision to decision.
+    """
+    features = [one.features[:, :moments].astype(np.float64) for one in decisions]
+    moves, stopping = (
+        [rows[stops(rows) == is_stop] for rows in features] for is_stop in (False, True)
+    )
+    within = np.concatenate([rows - rows.mean(axis=0) for rows in moves if len(rows)])
+    every = [np.concatenate(rows) for rows in (moves, stopping)]
+    blocks = [_moments_of(every[0], within), _moments_of(every[1], every[1])]
     return Standard(*(np.stack(part) for part in zip(*blocks, strict=True)))
 
 
-def _moments_of(rows: Floats) -> tuple[Floats, Floats]:
+def _moments_of(rows: Floats, spread: Floats) -> tuple[Floats, Floats]:
     if len(rows) == 0:
         return np.zeros(rows.shape[1:]), np.ones(rows.shape[1:])
-    deviation = rows.std(axis=0)
+    deviation = spread.std(axis=0)
     varies = deviation > _constant
     mean = np.where(varies, rows.mean(axis=0), 0.0)
     return mean, np.where(varies, np.maximum(deviation, _least_deviation), 1.0)
