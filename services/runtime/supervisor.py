@@ -3,6 +3,7 @@
 It hosts the hub, keeps the last value of state topics for late joiners and answers `status`.
 """
 
+import os
 import subprocess
 import sys
 import threading
@@ -38,6 +39,8 @@ _crashes_a_minute = 10
 _terminate_s = 3.0
 _status_hz = 2.0
 _kept_faults = 20
+_one_thread = {"OPENBLAS_NUM_THREADS": "1"}
+"""Services are many and their matrices small: more threads of each only get in the others' way."""
 
 Say = Callable[[str], None]
 """Told in one line what the supervisor did."""
@@ -165,6 +168,7 @@ class Supervisor:
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=output,
+                env={**_one_thread, **os.environ},
                 start_new_session=True,
             )
 

@@ -19,6 +19,7 @@ from services.mapping.relation_table import (
     relation_table,
 )
 from services.mapping.relations import Frame, features_of, frame_at, frame_of_robot, residual
+from services.mapping.training.practice import practised
 from services.mapping.training.relation_training import train_relations
 
 VIEWER = Pose2(1.0, 2.0, 0.7)
@@ -133,6 +134,13 @@ def test_weights_read_back_are_those_that_were_learned() -> None:
         for one in (read, learned.relations["back"])
     )
     np.testing.assert_array_equal(after, before)
+
+
+def test_behind_is_practised_on_the_far_side_and_what_is_not_practised_has_no_examples() -> None:
+    behind = practised("back", 60)
+    assert behind.offset.shape == (60, 2)
+    assert np.all(behind.offset[:, 0] > 0)
+    assert len(practised("left", 60).offset) == 0
 
 
 @pytest.mark.parametrize("role", get_args(prior.Role))

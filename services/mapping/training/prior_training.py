@@ -31,7 +31,10 @@ def train_priors(worlds: int, progress: Progress) -> PriorWeights:
     """Weights from worlds of each layout; half as many more are kept apart."""
     fitted = sample_worlds(worlds, FIRST_SEED)
     kept_apart = sample_worlds(worlds // 2, FIRST_SEED + worlds)
-    places = {role: fit_places(places_meant(fitted, role)) for role in ROLES}
+    places: dict[Role, PlacePrior] = {
+        role: fit_places(places_meant(fitted, role)) for role in ROLES
+    }
+    weights: dict[Role, PlaceWeights] = {role: _weights(one) for role, one in places.items()}
     scored, held_out = (
         score(group, np.random.default_rng(number))
         for number, group in enumerate((fitted, kept_apart))
@@ -44,7 +47,7 @@ def train_priors(worlds: int, progress: Progress) -> PriorWeights:
         source="python -m services.mapping.training: layouts of sim.scenes.object_relative",
         first_seed=FIRST_SEED,
         worlds=worlds,
-        places={role: _weights(mixture) for role, mixture in places.items()},
+        places=weights,
         densities={n: round(one, 6) for n, one in zip(CLASSES, densities.tolist(), strict=True)},
         held_out=_held_out(places, kept_apart, held_out, change),
     )
@@ -70,10 +73,12 @@ def _held_out(
     scored: Scored,
     log_change: Floats,
 ) -> dict[str, float]:
-    meant = {role: places_meant(worlds, role) for role in places}
-    values = {
-        **{f"{role}s": places[role].log_density(at) for role, at in meant.items()},
-        **{f"{role}s by hand": by_hand.log_density(at) for role, at in meant.items()},
+    values: dict[str, Floats] = {}
+    for role, mixture in places.items():
+        at = places_meant(worlds, role)
+        values[f"{role}s"] = mixture.log_density(at)
+        values[f"{role}s by hand"] = by_hand.log_density(at)
+    values |= {
         "groundings": np.log(scored.probability(log_change)),
         "groundings before": np.log(scored.probability(np.zeros(2))),
     }
