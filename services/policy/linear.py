@@ -25,7 +25,7 @@ from services.policy.cost import Circumstances, Judgement, Words
 
 ExpertName = Literal["least_way", "detection_rate", "clairvoyant"]
 """Whom the weights were learned from, see `training.experts`."""
-default_expert: ExpertName = "detection_rate"
+default_expert: ExpertName = "least_way"
 
 BLOCKS = ("move", "stop")
 _promises = {"see_either": 1.0, "reach": 1.0, "new_area": 0.03}
