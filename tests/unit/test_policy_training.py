@@ -5,7 +5,13 @@ import pytest
 
 from schemas.errors import UserError
 from services.policy.belief_features import names
-from services.policy.linear import Provenance, cost_of, load_linear, save_linear
+from services.policy.linear import (
+    Provenance,
+    cost_of,
+    default_expert,
+    load_linear,
+    save_linear,
+)
 from services.policy.training.collect import MOST_MOMENTS, Decision, collect, rollouts_of, workforce
 from services.policy.training.dagger import TrainSettings
 from services.policy.training.train import train_policy
@@ -46,13 +52,19 @@ def test_without_a_relation_any_object_of_the_class_is_meant():
         assert len(one.goals) == (2 if several and one.scenario.text == NULL else 1)
 
 
-def test_standardised_moves_have_no_mean_and_unit_deviation_and_constants_stay():
+def test_standardised_moves_have_no_mean_and_unit_deviation_within_decisions():
     decisions = decisions_of(30)
     standard = standard_of(decisions, 2)
-    values = np.concatenate([s.values[s.block == 0] for s in states_of(decisions, standard)])
-    values = values.reshape(len(values), 2, -1)
-    np.testing.assert_allclose(np.delete(values, IS_STOP, axis=2).mean(axis=0), 0, atol=1e-4)
-    np.testing.assert_allclose(np.delete(values, IS_STOP, axis=2).std(axis=0), 1, atol=1e-3)
+    moves = [s.values[s.block == 0] for s in states_of(decisions, standard)]
+    moves = [np.delete(one.reshape(len(one), 2, -1), IS_STOP, axis=2) for one in moves]
+    np.testing.assert_allclose(np.concatenate(moves).mean(axis=0), 0, atol=1e-4)
+    within = np.concatenate([one - one.mean(axis=0) for one in moves])
+    np.testing.assert_allclose(within.std(axis=0), 1, atol=1e-3)
+
+
+def test_standardised_stops_keep_what_is_constant():
+    decisions = decisions_of(30)
+    standard = standard_of(decisions, 2)
     stops = np.concatenate([s.values[s.block == 1] for s in states_of(decisions, standard)])
     assert (stops.reshape(len(stops), 2, -1)[:, 0, IS_STOP] == 1).all()
 
@@ -109,11 +121,11 @@ def test_one_small_training_from_end_to_end(tmp_path):
     assert 0 <= first["validation"]["agreement"] <= 1
     assert first["decisions"] > 8
     assert [one["moments"] for one in report["by_moments"]] == [1, 2, 3]
-    weights = load_linear(tmp_path / "husky.detection_rate.json").settings
+    weights = load_linear(tmp_path / f"husky.{default_expert}.json").settings
     assert weights.provenance.decisions == first["decisions"]
     assert cost_of(weights).moments == 2
     for moments in (1, 3):
-        other = load_linear(tmp_path / f"husky.detection_rate.k{moments}.json")
+        other = load_linear(tmp_path / f"husky.{default_expert}.k{moments}.json")
         assert other.moments == moments
-    assert (tmp_path / "husky.detection_rate.report.json").exists()
+    assert (tmp_path / f"husky.{default_expert}.report.json").exists()
     assert all(0 <= share <= 1 for _, share in told)
