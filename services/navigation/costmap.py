@@ -9,9 +9,6 @@ from scipy import ndimage
 from schemas.arrays import Flags, Floats, SignedBytes
 from schemas.belief import OccupancyGrid
 
-cell_size = 0.2
-"""Planning is done on cells of about this size, however fine the grid is [m]."""
-
 occupied_above = 5
 """Log odds in tenths above which a cell is an obstacle."""
 
@@ -62,25 +59,22 @@ def costmap_of(grid: OccupancyGrid, start: Floats, goal: Floats, radius: float) 
     """Costs in a window around `start` and `goal` (2,) for a base of `radius` [m]."""
     lower = np.minimum(start, goal) - _margin
     upper = np.maximum(start, goal) + _margin
-    step, window, origin = _window(grid, lower, upper)
-    occupied, unknown = _pooled(window, step)
-    resolution = step * grid.resolution
-    clearance = _clearance(occupied, resolution)
+    window, origin = _window(grid, lower, upper)
+    occupied: Flags = window > occupied_above
+    clearance = _clearance(occupied, grid.resolution)
     nearness = np.clip(1.0 - (clearance - radius) / _comfort, 0.0, 1.0)
-    cost = 1.0 + _comfort_cost * nearness**2 + _unknown_cost * unknown
+    cost = 1.0 + _comfort_cost * nearness**2 + _unknown_cost * (window == 0)
     cost[clearance < radius] = np.inf
-    costmap = Costmap(origin, resolution, cost)
+    costmap = Costmap(origin, grid.resolution, cost)
     _open_around(costmap, start, occupied)
     return costmap
 
 
-def _window(grid: OccupancyGrid, lower: Floats, upper: Floats) -> tuple[int, SignedBytes, Floats]:
+def _window(grid: OccupancyGrid, lower: Floats, upper: Floats) -> tuple[SignedBytes, Floats]:
     """Cells of the grid between two corners; what the grid does not cover is unknown."""
-    step = max(1, round(cell_size / grid.resolution))
     corner = np.array(grid.origin)
     first = np.floor((lower - corner) / grid.resolution).astype(int)
-    blocks = np.ceil((upper - lower) / (grid.resolution * step)).astype(int)
-    columns, rows = (blocks * step).tolist()
+    columns, rows = np.ceil((upper - lower) / grid.resolution).astype(int).tolist()
     window = np.zeros((rows, columns), np.int8)
     left, bottom = first.tolist()
     height, width = grid.occupancy.shape
@@ -89,16 +83,7 @@ def _window(grid: OccupancyGrid, lower: Floats, upper: Floats) -> tuple[int, Sig
     if y0 < y1 and x0 < x1:
         part = grid.occupancy[y0:y1, x0:x1]
         window[y0 - bottom : y1 - bottom, x0 - left : x1 - left] = part
-    return step, window, corner + first * grid.resolution
-
-
-def _pooled(window: SignedBytes, step: int) -> tuple[Flags, Flags]:
-    """Occupied and unknown, of blocks of `step` by `step` cells."""
-    rows, columns = window.shape
-    blocks = window.reshape(rows // step, step, columns // step, step)
-    occupied: Flags = np.any(blocks > occupied_above, axis=(1, 3))
-    known: Flags = np.any(blocks != 0, axis=(1, 3))
-    return occupied, ~known
+    return window, corner + first * grid.resolution
 
 
 def _clearance(occupied: Flags, resolution: float) -> Floats:
