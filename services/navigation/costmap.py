@@ -55,11 +55,16 @@ class Costmap:
         return values
 
 
-def costmap_of(grid: OccupancyGrid, start: Floats, goal: Floats, radius: float) -> Costmap:
-    """Costs in a window around `start` and `goal` (2,) for a base of `radius` [m]."""
-    lower = np.minimum(start, goal) - _margin
-    upper = np.maximum(start, goal) + _margin
-    window, origin = _window(grid, lower, upper)
+def costmap_of(
+    grid: OccupancyGrid, start: Floats, goal: Floats, radius: float, everywhere: bool = False
+) -> Costmap:
+    """Costs for a base of `radius` [m] in a window around `start` and `goal` (2,).
+
+    With `everywhere` it holds all that was measured too: indoors the way to the other side of a
+    wall may lead far away.
+    """
+    inside = np.stack([start, goal, *(_measured(grid) if everywhere else ())])
+    window, origin = _window(grid, inside.min(axis=0) - _margin, inside.max(axis=0) + _margin)
     occupied: Flags = window > occupied_above
     clearance = _clearance(occupied, grid.resolution)
     nearness = np.clip(1.0 - (clearance - radius) / _comfort, 0.0, 1.0)
@@ -68,6 +73,15 @@ def costmap_of(grid: OccupancyGrid, start: Floats, goal: Floats, radius: float) 
     costmap = Costmap(origin, grid.resolution, cost)
     _open_around(costmap, start, occupied)
     return costmap
+
+
+def _measured(grid: OccupancyGrid) -> Floats:
+    """Two opposite corners of the box around all that was measured, shape (2, 2) [m], or none."""
+    rows, columns = np.nonzero(grid.occupancy)
+    if not len(rows):
+        return np.zeros((0, 2))
+    cells = np.array([(columns.min(), rows.min()), (columns.max() + 1, rows.max() + 1)])
+    return np.array(grid.origin) + cells * grid.resolution
 
 
 def _window(grid: OccupancyGrid, lower: Floats, upper: Floats) -> tuple[SignedBytes, Floats]:

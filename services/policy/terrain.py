@@ -91,8 +91,8 @@ def terrain_for(grid: OccupancyGrid, radius: float) -> Terrain:
     """Terrain in which ways for a base of `radius` [m] can be found.
 
     A narrow base gets through doors that coarse blocks would close: it needs the grid's own cells.
-    These are many, so the rim of the grid that no sensor reached is left out. What lies beyond a door is not known to be
-    free before one looks there: nobody has looked at unknown ground.
+    These are many, so the rim of the grid that no sensor reached is left out. What lies beyond a
+    door is not known to be free before one looks there: nobody has looked at unknown ground.
     """
     if radius >= _coarse_from:
         return terrain_of(grid)
