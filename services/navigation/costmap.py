@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from robots.spec import BaseGeometry
 from schemas.arrays import Flags, Floats, SignedBytes
 from schemas.belief import OccupancyGrid
 
@@ -17,11 +18,31 @@ _margin = 6.0
 _comfort = 0.6
 """Beyond the footprint plus this, obstacles cost nothing [m]."""
 _comfort_cost = 3.0
+_cramped_cost = 4.0
+"""Added per metre where the base fits but cannot turn: a base that stops there may be caught."""
+_footprint_margin = 0.05
 _unknown_cost = 1.0
 """Added per metre where nothing was measured: passable, but second choice."""
 _escape_cost = 20.0
 _escape_radius = 0.8
 """A base that stands too near an obstacle may still drive out of it [m]."""
+
+
+@dataclass(frozen=True)
+class Room:
+    """Distances from obstacles that a base needs."""
+
+    passage: float
+    """To drive [m]."""
+    turning: float
+    """To turn on the spot, at least `passage` [m]."""
+
+    @staticmethod
+    def of(base: BaseGeometry) -> "Room":
+        """With some margin, for cells are coarse."""
+        passage = base.passage_radius + _footprint_margin
+        turning = base.radius + base.margin + _footprint_margin
+        return Room(passage, passage if base.turns_anywhere else turning)
 
 
 @dataclass(frozen=True)
@@ -34,6 +55,8 @@ class Costmap:
     """[m]"""
     cost: Floats
     """(Y, X), at least 1; infinite where the base does not fit."""
+    cramped: Flags
+    """(Y, X) Where the base cannot turn, though it may fit."""
 
     def cell(self, point: Floats) -> tuple[int, int]:
         """Row and column of the cell that holds a point (2,) [m], clipped to the map."""
@@ -56,9 +79,9 @@ class Costmap:
 
 
 def costmap_of(
-    grid: OccupancyGrid, start: Floats, goal: Floats, radius: float, everywhere: bool = False
+    grid: OccupancyGrid, start: Floats, goal: Floats, room: Room, everywhere: bool = False
 ) -> Costmap:
-    """Costs for a base of `radius` [m] in a window around `start` and `goal` (2,).
+    """Costs in a window around `start` and `goal` (2,).
 
     With `everywhere` it holds all that was measured too: indoors the way to the other side of a
     wall may lead far away.
@@ -67,10 +90,12 @@ def costmap_of(
     window, origin = _window(grid, inside.min(axis=0) - _margin, inside.max(axis=0) + _margin)
     occupied: Flags = window > occupied_above
     clearance = _clearance(occupied, grid.resolution)
-    nearness = np.clip(1.0 - (clearance - radius) / _comfort, 0.0, 1.0)
+    nearness = np.clip(1.0 - (clearance - room.passage) / _comfort, 0.0, 1.0)
     cost = 1.0 + _comfort_cost * nearness**2 + _unknown_cost * (window == 0)
-    cost[clearance < radius] = np.inf
-    costmap = Costmap(origin, grid.resolution, cost)
+    cramped: Flags = (clearance < room.turning) & (room.turning > room.passage)
+    cost += _cramped_cost * cramped
+    cost[clearance < room.passage] = np.inf
+    costmap = Costmap(origin, grid.resolution, cost, cramped)
     _open_around(costmap, start, occupied)
     return costmap
 

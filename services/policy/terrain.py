@@ -25,7 +25,6 @@ _coarse_from = 0.6
 """A base of this radius passes nothing that blocks would close [m]."""
 _strip = 3.0
 """Unknown ground that is kept around what is known [m]."""
-_ray_step = 0.4
 _ray_margin = 0.6
 """A ray ends this far before its target, which may be an obstacle itself [m]."""
 
@@ -80,7 +79,8 @@ class Terrain:
         span = targets - eyes
         length = np.hypot(span[:, 0], span[:, 1])
         reach = np.maximum(length - _ray_margin, 0.0)
-        distances = np.arange(_ray_step, reach.max() + _ray_step, _ray_step)
+        step = self.resolution  # Longer steps would leap over walls, which are one block thick.
+        distances = np.arange(step, reach.max() + step, step)
         along = np.minimum(distances, reach[:, None]) / np.maximum(length, 1e-9)[:, None]
         row, column, inside = self.blocks(eyes[:, None] + along[..., None] * span[:, None])
         hidden: Flags = np.any(self.hides[row, column] & inside, axis=1)

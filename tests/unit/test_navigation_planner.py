@@ -2,10 +2,11 @@ import numpy as np
 import pytest
 
 from schemas.belief import OccupancyGrid
-from services.navigation.costmap import costmap_of
+from services.navigation.costmap import Room, costmap_of
 from services.navigation.planner import NoPathError, is_blocked, plan
 
 RADIUS = 0.65
+ROOM = Room(RADIUS, RADIUS)
 
 
 def grid_of(occupancy: np.ndarray, resolution: float = 0.1, origin=(-5.0, -5.0)) -> OccupancyGrid:
@@ -28,7 +29,7 @@ def walled_grid() -> OccupancyGrid:
 
 def between(grid: OccupancyGrid, start, goal):
     start, goal = np.array(start, float), np.array(goal, float)
-    costmap = costmap_of(grid, start, goal, RADIUS)
+    costmap = costmap_of(grid, start, goal, ROOM)
     return costmap, plan(costmap, start, goal)
 
 
@@ -91,7 +92,7 @@ def test_base_too_near_an_obstacle_may_drive_out():
 def test_new_obstacle_blocks_an_old_path():
     costmap, path = between(grid_of(np.full((200, 200), -20)), (0, 0), (10, 0))
     assert not is_blocked(costmap, path.points)
-    costmap = costmap_of(walled_grid(), np.zeros(2), np.array([10.0, 0]), RADIUS)
+    costmap = costmap_of(walled_grid(), np.zeros(2), np.array([10.0, 0]), ROOM)
     assert is_blocked(costmap, path.points)
 
 
