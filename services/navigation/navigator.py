@@ -17,7 +17,7 @@ from schemas.sensing import LaserScan, Odometry
 from schemas.task import Goal, GoalStatus, TaskState
 from services.navigation.costmap import Room
 from services.navigation.follower import Velocity, follow, length_of, standstill, turn
-from services.navigation.obstacle_stop import allowed, obstacles_base
+from services.navigation.obstacle_stop import allowed, obstacles_base, towards_room
 from services.navigation.progress import ProgressWatch
 from services.navigation.route import Route
 
@@ -141,8 +141,12 @@ class Navigator:
     def _checked(self, wanted: Velocity) -> Velocity:
         if self._scan is None:
             return standstill
-        obstacles = obstacles_base(self._scan)
-        return allowed(wanted, obstacles, self._spec.base, self._spec.limits)
+        obstacles, base = obstacles_base(self._scan), self._spec.base
+        velocity = allowed(wanted, obstacles, base, self._spec.limits)
+        is_turn = wanted.linear == 0.0 and wanted.angular != 0.0
+        if is_turn and velocity == standstill and not base.turns_anywhere:
+            return towards_room(obstacles, base, self._spec.limits)
+        return velocity
 
     def _has_arrived(self, route: Route, pose: Pose2) -> bool:
         goal = route.goal.map_from_goal
