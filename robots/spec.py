@@ -96,6 +96,9 @@ class LaserSpec:
     base_from_laser: Pose2
     height: float
     """Above the ground [m]."""
+    grid_resolution: float = 0.2
+    """Side of the cells in which its scans are kept [m]. A door that is not much wider than the
+    robot stays open, at any angle to the cells, only if these are small beside the difference."""
 
 
 @dataclass(frozen=True)

@@ -58,6 +58,7 @@ WHEELCHAIR = RobotSpec(
         range_max=8.0,
         base_from_laser=Pose2(0.0, 0.0, 0.0),
         height=0.50,
+        grid_resolution=0.1,
     ),
     odometry=OdometryNoise(variance_per_metre=1e-4, variance_per_radian=2e-5),
     symbols=get_symbols("wheelchair"),

@@ -41,17 +41,23 @@ class SemanticFilter:
         camera: how far it is trusted.
         count: number of particles.
         rng: the only source of randomness.
+        grid: empty, around the origin.
     """
 
     def __init__(
-        self, symbols: SymbolSpace, camera: CameraSpec, count: int, rng: np.random.Generator
+        self,
+        symbols: SymbolSpace,
+        camera: CameraSpec,
+        count: int,
+        rng: np.random.Generator,
+        grid: Grid | None = None,
     ) -> None:
         origin = Pose2(0.0, 0.0, 0.0)
         self.classes = symbols.object_classes + symbols.locations
         self.faults = FaultLog("mapping")
         self.backbone = Backbone(origin, origin, np.zeros((0, 3)))
         self.objects = ObjectMap(len(self.classes))
-        self.grid = Grid((0.0, 0.0))
+        self.grid = grid or Grid((0.0, 0.0))
         # Regions would say nothing to a robot whose language has no places: it keeps none.
         self.places = Places(symbols) if symbols.locations else None
         self.topologies = at_first

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from schemas.arrays import Flags, Floats
-from services.mapping.grid import Grid, resolution
+from services.mapping.grid import Grid
 
 _occupied, _free = 0.5, -0.5
 """Log odds from which a cell counts as one or the other."""
@@ -31,6 +31,8 @@ class Floor:
 
     origin: Floats
     """Map coordinates of the corner of cell (0, 0), shape (2,) [m]."""
+    resolution: float
+    """Side of the cells [m]."""
     free: Flags
     """(Y, X)"""
     occupied: Flags
@@ -67,20 +69,20 @@ class Floor:
 
     def coarse(self, layer: Flags, side: float) -> Flags:
         """A layer in blocks of `side`, a multiple of the grid's: shape (Y', s, X', s)."""
-        step = round(side / resolution)
+        step = round(side / self.resolution)
         rows, columns = (size // step for size in layer.shape)
         return layer[: rows * step, : columns * step].reshape(rows, step, columns, step)
 
     def _cells(self, points: Floats) -> tuple[np.ndarray, np.ndarray]:
         """Rows and columns of points (..., 2); those outside count as at the edge."""
-        cells = np.floor((points - self.origin) / resolution).astype(np.intp)
+        cells = np.floor((points - self.origin) / self.resolution).astype(np.intp)
         rows, columns = self.free.shape
         return np.clip(cells[..., 1], 0, rows - 1), np.clip(cells[..., 0], 0, columns - 1)
 
 
 def floor_around(points: Floats, grid: Grid) -> Floor:
     """The floor around points (n, 2)."""
-    limit = np.array(grid.occupancy.shape[::-1])
+    limit, resolution = np.array(grid.occupancy.shape[::-1]), grid.resolution
     low = np.floor((points.min(axis=0) - _margin - grid.origin) / resolution).astype(int)
     high = np.ceil((points.max(axis=0) + _margin - grid.origin) / resolution).astype(int)
     (left, down), (right, up) = np.clip(low, 0, limit - 1), np.clip(high, 1, limit)
@@ -90,4 +92,4 @@ def floor_around(points: Floats, grid: Grid) -> Floor:
     if occupied.any():
         distance = np.asarray(ndimage.distance_transform_edt(~occupied)) * resolution
     origin = grid.origin + resolution * np.array([left, down])
-    return Floor(origin, layer < _free, occupied, np.minimum(distance, _wide))
+    return Floor(origin, resolution, layer < _free, occupied, np.minimum(distance, _wide))

@@ -9,8 +9,6 @@ from schemas.belief import OccupancyGrid
 from schemas.geometry import Pose2
 from schemas.sensing import LaserScan
 
-resolution = 0.2
-"""Cell size [m]."""
 _half_side = 30.0
 _margin = 20.0
 _free_range = 15.0
@@ -23,9 +21,11 @@ class Grid:
 
     Args:
         center: map coordinates around which the first 60 m square lies.
+        resolution: side of the cells [m].
     """
 
-    def __init__(self, center: tuple[float, float]) -> None:
+    def __init__(self, center: tuple[float, float], resolution: float = 0.2) -> None:
+        self.resolution = resolution
         cells = round(2 * _half_side / resolution)
         corner = np.floor(np.array(center) / resolution) * resolution - _half_side
         self.origin: Floats = corner
@@ -37,10 +37,10 @@ class Grid:
         laser = map_from_base @ scan.base_from_laser
         self.cover(laser.x, laser.y)
         rows, columns = self._ends(scan, laser)
-        window, distance, bearing = self.around(laser, _free_range)
+        window, distance, bearing = self.around(laser, min(scan.range_max, _free_range))
         beam = np.rint((bearing - scan.angle_min) / scan.angle_increment).astype(np.int32)
         reach = np.minimum(np.nan_to_num(scan.ranges), scan.range_max)[beam % len(scan.ranges)]
-        crossed = distance < np.minimum(reach - resolution, _free_range)
+        crossed = distance < np.minimum(reach - self.resolution, _free_range)
         layer = self.occupancy
         before = layer[rows, columns]
         layer[window][crossed] += _pass
@@ -57,9 +57,10 @@ class Grid:
         """Window of cells within reach, and their distances [m] and bearings in that frame."""
         self.cover(center.x, center.y)
         column, row = self._cell(np.array([center.x, center.y])).tolist()
-        n = math.ceil(reach / resolution)
-        x = self.origin[0] + (np.arange(column - n, column + n + 1) + 0.5) * resolution - center.x
-        y = self.origin[1] + (np.arange(row - n, row + n + 1) + 0.5) * resolution - center.y
+        n = math.ceil(reach / self.resolution)
+        steps = np.arange(-n, n + 1) + 0.5
+        x = self.origin[0] + (column + steps) * self.resolution - center.x
+        y = self.origin[1] + (row + steps) * self.resolution - center.y
         bearing = np.arctan2(y[:, None], x[None, :]) - center.yaw
         window = (slice(row - n, row + n + 1), slice(column - n, column + n + 1))
         return window, np.hypot(y[:, None], x[None, :]), _wrapped(bearing)
@@ -74,30 +75,31 @@ class Grid:
 
     def cover(self, x: float, y: float) -> None:
         """Grow so that the surroundings of a place lie inside."""
-        top = self.origin + resolution * np.array(self.occupancy.shape[::-1])
-        low = np.maximum(0, np.ceil((self.origin - (np.array([x, y]) - _margin)) / resolution))
-        high = np.maximum(0, np.ceil((np.array([x, y]) + _margin - top) / resolution))
+        top = self.origin + self.resolution * np.array(self.occupancy.shape[::-1])
+        place, side = np.array([x, y]), self.resolution
+        low = np.maximum(0, np.ceil((self.origin - (place - _margin)) / side))
+        high = np.maximum(0, np.ceil((place + _margin - top) / side))
         if not low.any() and not high.any():
             return
         (left, down), (right, up) = low.astype(int).tolist(), high.astype(int).tolist()
         padding = ((down, up), (left, right))
         self.occupancy = np.pad(self.occupancy, padding)
         self.looked = np.pad(self.looked, padding)
-        self.origin = self.origin - resolution * np.array([left, down])
+        self.origin = self.origin - side * np.array([left, down])
 
     def message(self, stamp_ns: int) -> OccupancyGrid:
         """The grid as it is published."""
         return OccupancyGrid(
             stamp_ns=stamp_ns,
             origin=(float(self.origin[0]), float(self.origin[1])),
-            resolution=resolution,
+            resolution=self.resolution,
             occupancy=_as_tenths(self.occupancy),
             looked=_as_tenths(self.looked),
         )
 
     def restore(self, message: OccupancyGrid) -> None:
         """Take up a published grid."""
-        self.origin = np.array(message.origin)
+        self.origin, self.resolution = np.array(message.origin), message.resolution
         self.occupancy = (message.occupancy / _tenths).astype(np.float32)
         self.looked = (message.looked / _tenths).astype(np.float32)
 
@@ -111,7 +113,7 @@ class Grid:
         return cells[inside, 1], cells[inside, 0]
 
     def _cell(self, points: Floats) -> Ints:
-        return np.floor((points - self.origin) / resolution).astype(np.int32)
+        return np.floor((points - self.origin) / self.resolution).astype(np.int32)
 
     def _inside(self, row: Ints, column: Ints) -> Flags:
         rows, columns = self.occupancy.shape

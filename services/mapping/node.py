@@ -17,6 +17,7 @@ from services.mapping.annotations import readings_of
 from services.mapping.belief import belief_of
 from services.mapping.filter import SemanticFilter
 from services.mapping.gate import Gate
+from services.mapping.grid import Grid
 from services.mapping.odometer import OdometryNoise
 from services.mapping.restoration import restore
 
@@ -39,7 +40,8 @@ class MappingNode:
         filter_class: type[SemanticFilter] = SemanticFilter,
     ) -> None:
         robot = robot_of(run)
-        self._filter = filter_class(robot.symbols, robot.camera, run.particles, rng)
+        grid = Grid((0.0, 0.0), robot.laser.grid_resolution)
+        self._filter = filter_class(robot.symbols, robot.camera, run.particles, rng, grid)
         self._gate = Gate(robot.limits, self._filter.classes, self._filter.faults, self._jump)
         self._odom_from_base = Pose2(0.0, 0.0, 0.0)
         self._instruction_id = ""

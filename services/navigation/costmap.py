@@ -6,11 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from robots.spec import BaseGeometry
 from schemas.arrays import Flags, Floats, SignedBytes
 from schemas.belief import OccupancyGrid
-
-cell_size = 0.2
-"""Planning is done on cells of about this size, however fine the grid is [m]."""
 
 occupied_above = 5
 """Log odds in tenths above which a cell is an obstacle."""
@@ -20,11 +18,31 @@ _margin = 6.0
 _comfort = 0.6
 """Beyond the footprint plus this, obstacles cost nothing [m]."""
 _comfort_cost = 3.0
+_cramped_cost = 4.0
+"""Added per metre where the base fits but cannot turn: a base that stops there may be caught."""
+_footprint_margin = 0.05
 _unknown_cost = 1.0
 """Added per metre where nothing was measured: passable, but second choice."""
 _escape_cost = 20.0
 _escape_radius = 0.8
 """A base that stands too near an obstacle may still drive out of it [m]."""
+
+
+@dataclass(frozen=True)
+class Room:
+    """Distances from obstacles that a base needs."""
+
+    passage: float
+    """To drive [m]."""
+    turning: float
+    """To turn on the spot, at least `passage` [m]."""
+
+    @staticmethod
+    def of(base: BaseGeometry) -> "Room":
+        """With some margin, for cells are coarse."""
+        passage = base.passage_radius + _footprint_margin
+        turning = base.radius + base.margin + _footprint_margin
+        return Room(passage, passage if base.turns_anywhere else turning)
 
 
 @dataclass(frozen=True)
@@ -37,6 +55,8 @@ class Costmap:
     """[m]"""
     cost: Floats
     """(Y, X), at least 1; infinite where the base does not fit."""
+    cramped: Flags
+    """(Y, X) Where the base cannot turn, though it may fit."""
 
     def cell(self, point: Floats) -> tuple[int, int]:
         """Row and column of the cell that holds a point (2,) [m], clipped to the map."""
@@ -58,29 +78,42 @@ class Costmap:
         return values
 
 
-def costmap_of(grid: OccupancyGrid, start: Floats, goal: Floats, radius: float) -> Costmap:
-    """Costs in a window around `start` and `goal` (2,) for a base of `radius` [m]."""
-    lower = np.minimum(start, goal) - _margin
-    upper = np.maximum(start, goal) + _margin
-    step, window, origin = _window(grid, lower, upper)
-    occupied, unknown = _pooled(window, step)
-    resolution = step * grid.resolution
-    clearance = _clearance(occupied, resolution)
-    nearness = np.clip(1.0 - (clearance - radius) / _comfort, 0.0, 1.0)
-    cost = 1.0 + _comfort_cost * nearness**2 + _unknown_cost * unknown
-    cost[clearance < radius] = np.inf
-    costmap = Costmap(origin, resolution, cost)
+def costmap_of(
+    grid: OccupancyGrid, start: Floats, goal: Floats, room: Room, everywhere: bool = False
+) -> Costmap:
+    """Costs in a window around `start` and `goal` (2,).
+
+    With `everywhere` it holds all that was measured too: indoors the way to the other side of a
+    wall may lead far away.
+    """
+    inside = np.stack([start, goal, *(_measured(grid) if everywhere else ())])
+    window, origin = _window(grid, inside.min(axis=0) - _margin, inside.max(axis=0) + _margin)
+    occupied: Flags = window > occupied_above
+    clearance = _clearance(occupied, grid.resolution)
+    nearness = np.clip(1.0 - (clearance - room.passage) / _comfort, 0.0, 1.0)
+    cost = 1.0 + _comfort_cost * nearness**2 + _unknown_cost * (window == 0)
+    cramped: Flags = (clearance < room.turning) & (room.turning > room.passage)
+    cost += _cramped_cost * cramped
+    cost[clearance < room.passage] = np.inf
+    costmap = Costmap(origin, grid.resolution, cost, cramped)
     _open_around(costmap, start, occupied)
     return costmap
 
 
-def _window(grid: OccupancyGrid, lower: Floats, upper: Floats) -> tuple[int, SignedBytes, Floats]:
+def _measured(grid: OccupancyGrid) -> Floats:
+    """Two opposite corners of the box around all that was measured, shape (2, 2) [m], or none."""
+    rows, columns = np.nonzero(grid.occupancy)
+    if not len(rows):
+        return np.zeros((0, 2))
+    cells = np.array([(columns.min(), rows.min()), (columns.max() + 1, rows.max() + 1)])
+    return np.array(grid.origin) + cells * grid.resolution
+
+
+def _window(grid: OccupancyGrid, lower: Floats, upper: Floats) -> tuple[SignedBytes, Floats]:
     """Cells of the grid between two corners; what the grid does not cover is unknown."""
-    step = max(1, round(cell_size / grid.resolution))
     corner = np.array(grid.origin)
     first = np.floor((lower - corner) / grid.resolution).astype(int)
-    blocks = np.ceil((upper - lower) / (grid.resolution * step)).astype(int)
-    columns, rows = (blocks * step).tolist()
+    columns, rows = np.ceil((upper - lower) / grid.resolution).astype(int).tolist()
     window = np.zeros((rows, columns), np.int8)
     left, bottom = first.tolist()
     height, width = grid.occupancy.shape
@@ -89,16 +122,7 @@ def _window(grid: OccupancyGrid, lower: Floats, upper: Floats) -> tuple[int, Sig
     if y0 < y1 and x0 < x1:
         part = grid.occupancy[y0:y1, x0:x1]
         window[y0 - bottom : y1 - bottom, x0 - left : x1 - left] = part
-    return step, window, corner + first * grid.resolution
-
-
-def _pooled(window: SignedBytes, step: int) -> tuple[Flags, Flags]:
-    """Occupied and unknown, of blocks of `step` by `step` cells."""
-    rows, columns = window.shape
-    blocks = window.reshape(rows // step, step, columns // step, step)
-    occupied: Flags = np.any(blocks > occupied_above, axis=(1, 3))
-    known: Flags = np.any(blocks != 0, axis=(1, 3))
-    return occupied, ~known
+    return window, corner + first * grid.resolution
 
 
 def _clearance(occupied: Flags, resolution: float) -> Floats:

@@ -15,8 +15,9 @@ from schemas.belief import OccupancyGrid
 from schemas.geometry import Pose2, wrap_angle
 from schemas.sensing import LaserScan, Odometry
 from schemas.task import Goal, GoalStatus, TaskState
+from services.navigation.costmap import Room
 from services.navigation.follower import Velocity, follow, length_of, standstill, turn
-from services.navigation.obstacle_stop import allowed, obstacles_base
+from services.navigation.obstacle_stop import allowed, obstacles_base, towards_room
 from services.navigation.progress import ProgressWatch
 from services.navigation.route import Route
 
@@ -24,7 +25,6 @@ stale_s = 0.5
 """Older odometry or scans move nothing [s]."""
 
 _yaw_tolerance = 0.08
-_footprint_margin = 0.05
 _end_of_path = 0.1
 _report_ns = 500_000_000
 _backing_s = 2.0
@@ -67,7 +67,7 @@ class Navigator:
         """Replace the goal, unless this very goal is known already."""
         if goal.id in self._finished or (self._route and self._route.goal.id == goal.id):
             return
-        self._begin(Route(goal, self._spec.base.passage_radius + _footprint_margin))
+        self._begin(Route(goal, Room.of(self._spec.base)))
 
     def take_finished(self, goal_id: str) -> None:
         """Never start this goal again: it ended before the process was restarted."""
@@ -141,12 +141,17 @@ class Navigator:
     def _checked(self, wanted: Velocity) -> Velocity:
         if self._scan is None:
             return standstill
-        obstacles = obstacles_base(self._scan)
-        return allowed(wanted, obstacles, self._spec.base, self._spec.limits)
+        obstacles, base = obstacles_base(self._scan), self._spec.base
+        velocity = allowed(wanted, obstacles, base, self._spec.limits)
+        is_turn = wanted.linear == 0.0 and wanted.angular != 0.0
+        if is_turn and velocity == standstill and not base.turns_anywhere:
+            return towards_room(obstacles, base, self._spec.limits)
+        return velocity
 
     def _has_arrived(self, route: Route, pose: Pose2) -> bool:
         goal = route.goal.map_from_goal
-        if float(np.hypot(goal.x - pose.x, goal.y - pose.y)) <= route.goal.tolerance:
+        gap = float(np.hypot(goal.x - pose.x, goal.y - pose.y))
+        if gap <= route.goal.tolerance and not (route.goal.face and route.ends_beside):
             return True
         return route.path is not None and length_of(route.rest(pose)) < _end_of_path
 

@@ -13,6 +13,9 @@ _braking_share = 0.5
 """Share of the acceleration limit trusted for an emergency stop."""
 _shares = (1.0, 0.75, 0.5, 0.3, 0.15)
 _samples = 8
+_shift = 0.2
+"""Speed at which a base that cannot turn looks for room [m/s]."""
+_shift_s = 1.0
 
 
 def obstacles_base(scan: LaserScan) -> Floats:
@@ -45,6 +48,26 @@ def allowed(
         if _clearance_on_the_way(velocity, obstacles, base, limits) >= needed:
             return velocity
     return standstill
+
+
+def towards_room(obstacles: Floats, base: BaseGeometry, limits: BaseLimits) -> Velocity:
+    """Straight on or straight back to where there is more room to turn; standstill if neither.
+
+    A long base in a doorway gets out of it the way that is shorter, and turns there.
+
+    Args:
+        obstacles: points (N, 2), base frame, at least one [m].
+        base: footprint.
+        limits: accelerations.
+    """
+    best, most = standstill, float(np.hypot(*obstacles.T).min())
+    for speed in (_shift, -_shift):
+        velocity = allowed(Velocity(speed, 0.0), obstacles, base, limits)
+        moved = _seen_after(velocity, _shift_s, obstacles)
+        room = float(np.hypot(*moved.T).min())
+        if room > most:
+            best, most = velocity, room
+    return best
 
 
 def _clearance_on_the_way(

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
@@ -46,13 +47,15 @@ def plan(costmap: Costmap, start: Floats, goal: Floats) -> Path:
     cells = _trace(predecessors, first, last)
     points = costmap.centers(*np.unravel_index(cells, costmap.cost.shape))
     points[0] = start
-    if float(np.hypot(*(points[-1] - goal))) < costmap.resolution and _is_free(costmap, goal):
+    if float(np.hypot(*(points[-1] - goal))) < costmap.resolution and _may_end_at(costmap, goal):
         points[-1] = goal
     return Path(_dense(_straightened(costmap, points)), float(distances[last]))
 
 
-def _is_free(costmap: Costmap, point: Floats) -> bool:
-    return bool(np.isfinite(costmap.cost_along(point[None]))[0])
+def _may_end_at(costmap: Costmap, point: Floats) -> bool:
+    """Whether the base fits at a point (2,) and can turn there."""
+    free = bool(np.isfinite(costmap.cost_along(point[None]))[0])
+    return free and not bool(costmap.cramped[costmap.cell(point)])
 
 
 def is_blocked(costmap: Costmap, path: Floats) -> bool:
@@ -89,7 +92,14 @@ def _nearest_reachable(costmap: Costmap, distances: Floats, goal: Floats) -> int
             f"the nearest place that can be reached is {to_goal[best]:.1f} m from the goal, "
             f"allowed are {goal_slack:.1f} m"
         )
-    return int(cells[best])
+    return int(cells[_roomiest(costmap, cells, to_goal, best)])
+
+
+def _roomiest(costmap: Costmap, cells: NDArray[np.intp], to_goal: Floats, best: int) -> int:
+    """The nearest to the goal of the cells in which the base can turn, if one will do."""
+    gaps = np.where(costmap.cramped.flat[cells], np.inf, to_goal)
+    roomy = int(np.argmin(gaps))
+    return roomy if gaps[roomy] <= goal_slack else best
 
 
 def _trace(predecessors: np.ndarray, first: int, last: int) -> list[int]:

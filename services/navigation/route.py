@@ -6,7 +6,7 @@ from schemas.arrays import Floats
 from schemas.belief import OccupancyGrid
 from schemas.geometry import Pose2
 from schemas.task import Goal
-from services.navigation.costmap import costmap_of
+from services.navigation.costmap import Costmap, Room, costmap_of
 from services.navigation.follower import nearest_index
 from services.navigation.planner import NoPathError, is_blocked, plan
 
@@ -21,18 +21,21 @@ class Route:
 
     Args:
         goal: where to go.
-        radius: of the circle around the footprint, margin included [m].
+        room: that the base needs.
     """
 
-    def __init__(self, goal: Goal, radius: float) -> None:
+    def __init__(self, goal: Goal, room: Room) -> None:
         self.goal = goal
         self.path: Floats | None = None
         """(N, 2), map frame; None before the first plan and while there is none."""
-        self._radius = radius
+        self.ends_beside = False
+        """Whether the path leads to a place beside the goal, where the base has room."""
+        self._room = room
         self._grid_ns = -1
         self._planned_ns = 0
         self._failures = 0
         self._error = ""
+        self._everywhere = False
 
     @property
     def hopeless(self) -> str | None:
@@ -50,16 +53,30 @@ class Route:
         self._grid_ns = grid.stamp_ns
         start = np.array([map_from_base.x, map_from_base.y])
         end = np.array([self.goal.map_from_goal.x, self.goal.map_from_goal.y])
-        costmap = costmap_of(grid, start, end, self._radius)
+        costmap = self._costmap(grid, start, end)
+        self.ends_beside = bool(costmap.cramped[costmap.cell(end)])
         fresh = stamp_ns - self._planned_ns < _refresh_s * 1e9
         if self.path is not None and fresh and not is_blocked(costmap, self.path):
             return
         try:
-            self.path, self._failures = plan(costmap, start, end).points, 0
+            self.path, self._failures = self._planned(grid, costmap, start, end), 0
         except NoPathError as error:
             self.path, self._error = None, str(error)
             self._failures += 1
         self._planned_ns = stamp_ns
+
+    def _costmap(self, grid: OccupancyGrid, start: Floats, end: Floats) -> Costmap:
+        return costmap_of(grid, start, end, self._room, self._everywhere)
+
+    def _planned(self, grid: OccupancyGrid, costmap: Costmap, start: Floats, end: Floats) -> Floats:
+        """A path near start and end if there is one, else from now on anywhere."""
+        try:
+            return plan(costmap, start, end).points
+        except NoPathError:
+            if self._everywhere:
+                raise
+        self._everywhere = True
+        return plan(self._costmap(grid, start, end), start, end).points
 
     def rest(self, map_from_base: Pose2) -> Floats:
         """What is left of the path, shape (K, 2)."""

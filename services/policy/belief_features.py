@@ -82,8 +82,8 @@ names = (
     "stop_doubt_90",
     "stop_doubt_60",
 )
-_area_stride = 2
-"""New ground is measured on every second block, which is fine enough for an area."""
+_area_step = 0.8
+"""New ground is measured on blocks so far apart, which is fine enough for an area [m]."""
 _same_place, _same_heading = 1.0, 0.4
 """Looks this alike show the same [m], [rad]."""
 _visited_within = 2.5
@@ -239,11 +239,12 @@ def _best_of(values: Floats, owner: NDArray[np.intp], count: int) -> Floats:
 def _new_area(situation: Situation, candidates: Candidates) -> Floats:
     """Unlooked ground seen from the end pose, as a share of one full view, shape (C,)."""
     terrain, view = situation.terrain, situation.view
-    sample = terrain.unlooked[::_area_stride, ::_area_stride]
+    stride = max(1, round(_area_step / terrain.resolution))
+    sample = terrain.unlooked[::stride, ::stride]
     rows, columns = np.nonzero(sample)
-    centers = terrain.centers(rows * _area_stride, columns * _area_stride)
+    centers = terrain.centers(rows * stride, columns * stride)
     seen = view.detection(candidates.pose, centers, terrain)
-    return seen @ sample[rows, columns] * _area_stride**2 / view.area
+    return seen @ sample[rows, columns] * stride**2 / view.area
 
 
 def _times_tried(tried: Floats, candidates: Candidates) -> Floats:

@@ -21,10 +21,10 @@ _unlooked_above = 0.75
 """Probability of having missed an object here, above which nobody has really looked."""
 _known_share = 0.5
 """Share of a block's cells that was measured, from which on the block is known."""
-_share_of_radius = 0.67
+_coarse_from = 0.6
+"""A base of this radius passes nothing that blocks would close [m]."""
 _strip = 3.0
 """Unknown ground that is kept around what is known [m]."""
-_ray_step = 0.4
 _ray_margin = 0.6
 """A ray ends this far before its target, which may be an obstacle itself [m]."""
 
@@ -79,7 +79,8 @@ class Terrain:
         span = targets - eyes
         length = np.hypot(span[:, 0], span[:, 1])
         reach = np.maximum(length - _ray_margin, 0.0)
-        distances = np.arange(_ray_step, reach.max() + _ray_step, _ray_step)
+        step = self.resolution  # Longer steps would leap over walls, which are one block thick.
+        distances = np.arange(step, reach.max() + step, step)
         along = np.minimum(distances, reach[:, None]) / np.maximum(length, 1e-9)[:, None]
         row, column, inside = self.blocks(eyes[:, None] + along[..., None] * span[:, None])
         hidden: Flags = np.any(self.hides[row, column] & inside, axis=1)
@@ -89,14 +90,13 @@ class Terrain:
 def terrain_for(grid: OccupancyGrid, radius: float) -> Terrain:
     """Terrain in which ways for a base of `radius` [m] can be found.
 
-    A narrow base gets through doors that coarse blocks would close. Fine blocks are many, so the
-    rim of the grid that no sensor reached is left out. What lies beyond a door is not known to be
-    free before one looks there: nobody has looked at unknown ground.
+    A narrow base gets through doors that coarse blocks would close: it needs the grid's own cells.
+    These are many, so the rim of the grid that no sensor reached is left out. What lies beyond a
+    door is not known to be free before one looks there: nobody has looked at unknown ground.
     """
-    block = min(block_size, _share_of_radius * radius)
-    if block == block_size:
+    if radius >= _coarse_from:
         return terrain_of(grid)
-    terrain = terrain_of(_measured_part(grid), block)
+    terrain = terrain_of(_measured_part(grid), grid.resolution)
     unknown = ~terrain.known & ~terrain.occupied
     return replace(terrain, unlooked=terrain.unlooked + unknown * terrain.resolution**2)
 

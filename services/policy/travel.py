@@ -23,18 +23,18 @@ class Travel:
     """(Y, X) of the terrain's blocks, infinite where the base cannot get [m]."""
 
     def to(self, points: Floats) -> Floats:
-        """Way to points (N, 2) [m]; straight to what lies off the terrain.
+        """Way to points (N, 2) [m]; to what lies off the terrain with the detour to its edge there.
 
         Steps from block to block make a straight way longer too; only what is longer than that
         is a detour.
         """
         row, column, inside = self.terrain.blocks(points)
-        offset = np.abs(points - self.start)
-        straight = np.hypot(*offset.T)
+        known = np.where(inside[:, None], points, self.terrain.centers(row, column))
+        offset = np.abs(known - self.start)
         in_steps = offset.max(axis=1) + (np.sqrt(2) - 1) * offset.min(axis=1)
         least = self.distance[row, column] - self.terrain.resolution
         stretch = np.maximum(least / np.maximum(in_steps, 1e-9), 1.0)
-        return straight * np.where(inside, stretch, 1.0)
+        return np.hypot(*(points - self.start).T) * stretch
 
 
 def travel_from(terrain: Terrain, start: Floats, radius: float) -> Travel:

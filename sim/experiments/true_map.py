@@ -133,7 +133,7 @@ class TrueMapNode:
 
     def _occupied(self, grid: Grid) -> Flags:
         height, width = grid.occupancy.shape
-        side = grid.message(0).resolution
+        side = grid.resolution
         x = grid.origin[0] + (np.arange(width) + 0.5) * side
         y = grid.origin[1] + (np.arange(height) + 0.5) * side
         occupied = np.zeros((height, width), np.bool_)

@@ -122,3 +122,21 @@ def test_the_node_publishes_the_grid_twice_a_second() -> None:
         for output in node.on_scan(scan(ranges, tick * 100_000_000))
     )
     assert count == 8
+
+
+@pytest.mark.parametrize(("robot", "resolution"), [("husky", 0.2), ("wheelchair", 0.1)])
+def test_the_robot_says_how_fine_its_grid_is(robot: str, resolution: float) -> None:
+    node = MappingNode(RunConfig(robot=robot), np.random.default_rng(0))
+    (output,) = node.on_scan(scan(np.full(360, 5.0)))
+    assert isinstance(output.message, OccupancyGrid)
+    assert output.message.resolution == resolution
+
+
+def test_fine_cells_show_the_same_wall_in_the_same_place() -> None:
+    coarse, fine = Grid((0.0, 0.0)), Grid((0.0, 0.0), 0.1)
+    for grid in (coarse, fine):
+        grid.insert(scan(np.full(360, 3.05)), Pose2(1.0, 2.0, 0.3))
+    for grid in (coarse, fine):
+        rows, columns = np.nonzero(grid.occupancy > 0.5)
+        at = grid.origin + grid.resolution * (np.stack([columns, rows], axis=1) + 0.5)
+        np.testing.assert_allclose(np.hypot(*(at - (1.0, 2.0)).T), 3.05, atol=grid.resolution)

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from robots.husky.spec import HUSKY
+from robots.wheelchair.spec import WHEELCHAIR
 from schemas.belief import OccupancyGrid
 from schemas.geometry import Pose2, wrap_angle
 from schemas.sensing import LaserScan, Odometry
 from schemas.task import Goal, TaskState
 from services.navigation.follower import Velocity, standstill
 from services.navigation.navigator import Navigator
-from services.navigation.obstacle_stop import allowed
+from services.navigation.obstacle_stop import allowed, towards_room
 
 STEP_NS = 50_000_000
 RESOLUTION = 0.1
@@ -237,3 +238,19 @@ def test_an_obstacle_at_the_bumper_forbids_forward_and_allows_back():
     base, limits = HUSKY.base, HUSKY.limits
     assert allowed(Velocity(0.5, 0.0), ahead, base, limits) == standstill
     assert allowed(Velocity(-0.3, 0.0), ahead, base, limits) == Velocity(-0.3, 0.0)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_long_base_in_a_doorway_leaves_it_the_shorter_way_to_turn(way: float):
+    base, limits = WHEELCHAIR.base, WHEELCHAIR.limits
+    jambs = np.array([(-way * x, y) for x in (0.2, 0.3, 0.4) for y in (-0.4, 0.4)])
+    assert allowed(Velocity(0.0, 0.7), jambs, base, limits) == standstill
+    velocity = towards_room(jambs, base, limits)
+    assert velocity.linear * way > 0
+    assert velocity.angular == 0
+
+
+def test_a_base_walled_in_stays_where_it_is():
+    base, limits = WHEELCHAIR.base, WHEELCHAIR.limits
+    walls = np.array([(x, y) for x in (-0.62, 0.62) for y in np.arange(-0.4, 0.5, 0.1)])
+    assert towards_room(walls, base, limits) == standstill

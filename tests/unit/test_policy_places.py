@@ -98,3 +98,44 @@ def test_two_places_stay_two():
     referents = from_figures(kitchens((2012, 5.0), (2019, 9.0)))
     assert len(seen_figures(referents)) == 2
     assert mass_of(referents, 2012) == pytest.approx(0.5)
+
+
+def doorway(angle: float, side: float = 0.1, width: float = 0.9) -> OccupancyGrid:
+    """A wall through the origin at an angle to the cells [rad], with a door of `width` [m]."""
+    centers = (np.arange(round(12 / side)) + 0.5) * side - 6.0
+    x, y = np.meshgrid(centers, centers)
+    along, across = np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
+    occupancy = np.full(x.shape, -50, np.int8)
+    # A scan ends on the wall's faces: every cell that the wall touches is hit.
+    reach = side * (abs(np.cos(angle)) + abs(np.sin(angle))) / 2
+    occupancy[(np.abs(across) < 0.1 + reach) & (np.abs(along) > width / 2 - reach)] = 50
+    return OccupancyGrid(
+        stamp_ns=0, origin=(-6.0, -6.0), resolution=side, occupancy=occupancy,
+        looked=np.zeros(occupancy.shape, np.int8),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("degrees", range(0, 180, 7))
+def test_a_way_leads_through_a_door_at_any_angle_to_the_cells(degrees: int):
+    across = 3.0 * np.array([-np.sin(np.radians(degrees)), np.cos(np.radians(degrees))])
+    grid = doorway(np.radians(degrees), WHEELCHAIR.laser.grid_resolution)
+    travel = travel_from(terrain_for(grid, RADIUS), -across, RADIUS)
+    assert travel.to(across[None])[0] == pytest.approx(6.0, abs=0.7)
+
+
+def test_the_way_to_what_lies_off_the_terrain_has_the_detour_to_the_edge_there():
+    wall = room()
+    wall.occupancy[:, 60:62] = 50
+    terrain = terrain_for(wall, RADIUS)
+    travel = travel_from(terrain, np.zeros(2), RADIUS)
+    assert np.isinf(travel.to(np.array([[50.0, 0.0]]))[0])
+    assert travel.to(np.array([[-50.0, 0.0]]))[0] >= 50.0
+
+
+@pytest.mark.parametrize("distance", np.arange(1.0, 3.0, 0.17))
+def test_no_ray_leaps_over_a_thin_wall(distance: float):
+    grid = doorway(0.3, width=0.0)
+    terrain = terrain_for(grid, RADIUS)
+    across = np.array([[-np.sin(0.3), np.cos(0.3)]])
+    assert not terrain.in_sight(-distance * across, 3.0 * across)[0]
+    assert terrain.in_sight(-distance * across, -3.0 * across)[0]

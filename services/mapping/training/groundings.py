@@ -18,7 +18,7 @@ from schemas.arrays import Flags, Floats, Ints
 from schemas.geometry import Pose2
 from services.mapping.annotations import Reading
 from services.mapping.even import EvenPoints
-from services.mapping.grid import Grid, resolution
+from services.mapping.grid import Grid
 from services.mapping.objects import ObjectColumns
 from services.mapping.particles import hypothesised_figure, hypothesised_landmark, nothing
 from services.mapping.proposal import fresh_particles
@@ -141,8 +141,8 @@ def _objects(numbers: Ints, places: Floats, kinds: Ints) -> ObjectColumns:
 def _looked(path: Floats, reach: float) -> Grid:
     grid = Grid((0.0, 0.0))
     rows, columns = grid.looked.shape
-    y = grid.origin[1] + resolution * (np.arange(rows)[:, None] + 0.5)
-    x = grid.origin[0] + resolution * (np.arange(columns) + 0.5)
+    y = grid.origin[1] + grid.resolution * (np.arange(rows)[:, None] + 0.5)
+    x = grid.origin[0] + grid.resolution * (np.arange(columns) + 0.5)
     for stop in path:
         grid.looked[np.hypot(x - stop[0], y - stop[1]) < reach] = log_floor
     return grid
