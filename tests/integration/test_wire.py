@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from schemas import topics
+from schemas.codec import decode
 from schemas.errors import MissingComponentError
 from schemas.health import StatusRequest, SystemStatus
 from schemas.language import Instruction
@@ -102,6 +103,12 @@ def eventually(condition: Callable[[], bool], seconds: float = 5.0) -> bool:
     return condition()
 
 
+def last_status(hub: Bus) -> str:
+    """Id of the instruction that the last status is about, "" if there was none yet."""
+    sample = hub.last_value(topics.INSTRUCTION_STATUS)
+    return decode(sample.payload, InstructionStatus).instruction_id if sample else ""
+
+
 def test_a_message_is_handled_and_answered(hub: Bus, endpoint: str) -> None:
     answers: list[Sample] = []
     ready: list[str] = []
@@ -121,8 +128,7 @@ def test_a_late_joiner_gets_the_last_state_and_its_own(hub: Bus, endpoint: str) 
     with running(Echo(), endpoint):
         hub.publish(topics.INSTRUCTION.of(instruction("first")))
         hub.publish(topics.INSTRUCTION.of(instruction("second")))
-        assert eventually(lambda: hub.last_value(topics.INSTRUCTION_STATUS) is not None)
-        time.sleep(0.2)
+        assert eventually(lambda: last_status(hub) == "second")
     reborn = Echo()
     with running(reborn, endpoint):
         assert eventually(lambda: reborn.heard == ["second"])
