@@ -218,14 +218,15 @@ class LabelledPolicy(BeliefPolicy):
         if self._rng.random() >= self._beta:
             return choice
         searching = self.goal_of(referents, memory.searching_s) is None
-        kept = proposal.following and searching and bool(advice.margin[1] <= _patience)
+        patient = proposal.following and searching and bool(advice.margin[1] <= _patience)
+        chosen = 1 if patient else advice.label
         return Choice(
             candidates=choice.candidates,
             costs=choice.costs,
             gains=choice.gains,
-            chosen=1 if kept else advice.label,
+            chosen=chosen,
             confirmed=choice.confirmed,
-            kept=kept,
+            kept=proposal.following and chosen == 1,
             is_idle=False,
         )
 
