@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from itertools import islice, product
 from pathlib import Path
 
@@ -75,12 +76,7 @@ class Lexicon:
         Raises:
             GroundingError: a line is malformed (file, line, what is allowed).
         """
-        found: dict[tuple[str, tuple[str, ...]], Entry] = {}
-        for entry in (entry for path in paths for entry in _read(path, symbols)):
-            key = (entry.tag, entry.words)
-            if key not in found or not found[key].known:
-                found[key] = entry
-        return cls(symbols, tuple(found.values()))
+        return _loaded(symbols, tuple(paths))
 
     def senses(self, tag: str, text: str) -> tuple[Sense, ...] | None:
         """Senses of a tree leaf; None for a word that means nothing to the robot."""
@@ -160,6 +156,17 @@ def _is_written(entry: Entry, tokens: Sequence[Token], words: tuple[str, ...]) -
 
 def _misspelt(entry: Entry) -> Entry:
     return replace(entry, log_probability=MISSPELT_LOG_PROBABILITY)
+
+
+@cache
+def _loaded(symbols: SymbolSpace, paths: tuple[Path, ...]) -> Lexicon:
+    """Read once: no lexicon is changed after it was made."""
+    found: dict[tuple[str, tuple[str, ...]], Entry] = {}
+    for entry in (entry for path in paths for entry in _read(path, symbols)):
+        key = (entry.tag, entry.words)
+        if key not in found or not found[key].known:
+            found[key] = entry
+    return Lexicon(symbols, tuple(found.values()))
 
 
 def _read(path: Path, symbols: SymbolSpace) -> list[Entry]:

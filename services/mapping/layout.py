@@ -44,7 +44,7 @@ class Layout:
     """Of the cells, map frame, shape (2,) [m]."""
     crowded: Flags
     """(Y, X) Cells with no room for the middle of a place that nobody saw: seen ones or walls lie
-    here or beside it."""
+    here or beside it, or there is no way to them."""
     centers: Floats
     """(C, 2) of the cells that belong to a place, map frame [m]."""
     owner: Ints
@@ -76,7 +76,7 @@ def layout_of(nodes: Floats, spots: Floats, agrees: Floats, grid: Grid) -> Layou
     group[alone] = _groups(spots[alone], floor)
     oldest = alone[np.unique(group[alone], return_index=True)[1]].astype(np.int32)
     centers, owner = _ownership(points, floor)
-    crowded = _crowded(centers, floor)
+    crowded = _crowded(centers, floor) | _closed(floor)
     return Layout(len(nodes), node_of_spot, group, oldest, floor.origin, crowded, centers, owner)
 
 
@@ -124,6 +124,17 @@ def _crowded(centers: Floats, floor: Floor) -> Flags:
     cells = np.floor((centers - floor.origin) / cell_size).astype(np.intp)
     crowded[cells[:, 1], cells[:, 0]] = True
     return np.asarray(ndimage.binary_dilation(crowded, _beside), np.bool_)
+
+
+def _closed(floor: Floor) -> Flags:
+    """Blocks all of whose cells lie in pockets between walls, with no way to free ground."""
+    # Nobody knows where ways outside the window lead, which may be back into it.
+    open_around = np.pad(~floor.occupied, 1, constant_values=True)
+    pocket, count = ndimage.label(open_around)
+    has_free = np.zeros(count + 1, np.bool_)
+    has_free[pocket[1:-1, 1:-1][floor.free]] = True
+    has_free[pocket[0, 0]] = True
+    return floor.coarse(~has_free[pocket[1:-1, 1:-1]], cell_size).all(axis=(1, 3))
 
 
 def _nearest(points: Floats, to: Floats) -> Ints:

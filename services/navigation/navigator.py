@@ -17,7 +17,7 @@ from schemas.sensing import LaserScan, Odometry
 from schemas.task import Goal, GoalStatus, TaskState
 from services.navigation.costmap import Room
 from services.navigation.follower import Velocity, follow, length_of, standstill, turn
-from services.navigation.obstacle_stop import allowed, obstacles_base, towards_room
+from services.navigation.obstacle_stop import allowed, obstacles_base, turning
 from services.navigation.progress import ProgressWatch
 from services.navigation.route import Route
 
@@ -142,11 +142,9 @@ class Navigator:
         if self._scan is None:
             return standstill
         obstacles, base = obstacles_base(self._scan), self._spec.base
-        velocity = allowed(wanted, obstacles, base, self._spec.limits)
         is_turn = wanted.linear == 0.0 and wanted.angular != 0.0
-        if is_turn and velocity == standstill and not base.turns_anywhere:
-            return towards_room(obstacles, base, self._spec.limits)
-        return velocity
+        check = turning if is_turn and not base.turns_anywhere else allowed
+        return check(wanted, obstacles, base, self._spec.limits)
 
     def _has_arrived(self, route: Route, pose: Pose2) -> bool:
         goal = route.goal.map_from_goal

@@ -15,7 +15,13 @@ _shares = (1.0, 0.75, 0.5, 0.3, 0.15)
 _samples = 8
 _shift = 0.2
 """Speed at which a base that cannot turn looks for room [m/s]."""
-_shift_s = 1.0
+_shift_s = 2.5
+"""How far ahead it looks [s]."""
+_worthwhile = 0.1
+"""Less room is not worth to move for: along a wall there is none to be gained [m]."""
+_close = 0.04
+"""So near to an obstacle not even rounding lets the base come nearer [m]."""
+_rounding = 0.005
 
 
 def obstacles_base(scan: LaserScan) -> Floats:
@@ -40,9 +46,12 @@ def allowed(
         base: footprint.
         limits: accelerations.
     """
+    obstacles = _in_reach(wanted, obstacles, base, limits)
     if len(obstacles) == 0:
         return wanted
-    needed = min(base.margin, _clearance(obstacles, base) - 0.005)
+    now = _clearance(obstacles, base)
+    # Rounding adds up, step by step, to a touch: near an obstacle there is none.
+    needed = min(base.margin, now - _rounding if now > _close else now)
     for share in _shares:
         velocity = Velocity(wanted.linear * share, wanted.angular * share)
         if _clearance_on_the_way(velocity, obstacles, base, limits) >= needed:
@@ -50,35 +59,66 @@ def allowed(
     return standstill
 
 
+def turning(
+    wanted: Velocity, obstacles: Floats, base: BaseGeometry, limits: BaseLimits
+) -> Velocity:
+    """What brings a long base nearer to a turn on the spot that may not fit where it stands.
+
+    In a doorway it first goes straight out, the way that is shorter: a turn that was begun there
+    wedges it. One that is wedged turns back until it can go straight.
+    """
+    if len(obstacles) == 0 or _room(obstacles) >= base.radius + base.margin:
+        return allowed(wanted, obstacles, base, limits)
+    unwound = Velocity(0.0, -wanted.angular)
+    steps = (allowed(one, obstacles, base, limits) for one in (wanted, unwound))
+    ways = (towards_room(obstacles, base, limits), *steps)
+    return next((way for way in ways if way != standstill), standstill)
+
+
 def towards_room(obstacles: Floats, base: BaseGeometry, limits: BaseLimits) -> Velocity:
     """Straight on or straight back to where there is more room to turn; standstill if neither.
-
-    A long base in a doorway gets out of it the way that is shorter, and turns there.
 
     Args:
         obstacles: points (N, 2), base frame, at least one [m].
         base: footprint.
         limits: accelerations.
     """
-    best, most = standstill, float(np.hypot(*obstacles.T).min())
+    best, most = standstill, _room(obstacles) + _worthwhile
     for speed in (_shift, -_shift):
+        room = _room(_seen_after(Velocity(speed, 0.0), _shift_s, obstacles))
         velocity = allowed(Velocity(speed, 0.0), obstacles, base, limits)
-        moved = _seen_after(velocity, _shift_s, obstacles)
-        room = float(np.hypot(*moved.T).min())
-        if room > most:
+        if room > most and velocity != standstill:
             best, most = velocity, room
     return best
+
+
+def _room(obstacles: Floats) -> float:
+    """From the middle of the base to the nearest of the points (N, 2) [m]."""
+    return float(np.hypot(*obstacles.T).min())
+
+
+def _in_reach(
+    velocity: Velocity, obstacles: Floats, base: BaseGeometry, limits: BaseLimits
+) -> Floats:
+    """The points that the base can come near, whichever way it turns until it has come to rest."""
+    way = abs(velocity.linear) * _until_rest(velocity, limits)
+    return obstacles[np.hypot(*obstacles.T) <= base.radius + base.margin + way]
+
+
+def _until_rest(velocity: Velocity, limits: BaseLimits) -> float:
+    """Time until the base has come to rest from `velocity` [s]."""
+    braking = 0.5 * max(
+        abs(velocity.linear) / (_braking_share * limits.linear_acceleration),
+        abs(velocity.angular) / (_braking_share * limits.angular_acceleration),
+    )
+    return _reaction + braking
 
 
 def _clearance_on_the_way(
     velocity: Velocity, obstacles: Floats, base: BaseGeometry, limits: BaseLimits
 ) -> float:
     """Least clearance until the base has come to rest from `velocity` [m]."""
-    until_rest = 0.5 * max(
-        abs(velocity.linear) / (_braking_share * limits.linear_acceleration),
-        abs(velocity.angular) / (_braking_share * limits.angular_acceleration),
-    )
-    times = np.linspace(0.0, _reaction + until_rest, _samples + 1)[1:]
+    times = np.linspace(0.0, _until_rest(velocity, limits), _samples + 1)[1:]
     return min(_clearance(_seen_after(velocity, t, obstacles), base) for t in times.tolist())
 
 

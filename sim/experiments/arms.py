@@ -121,14 +121,21 @@ def _policy(run: RunConfig, policy: BeliefPolicy) -> Node:
     return PolicyNode(run, node_generator(run, "policy"), policy)
 
 
+def _rule(run: RunConfig, truth: Truthful) -> Node:
+    del truth
+    return _policy(run, BeliefPolicy(robot_of(run), load_rule(run.robot)))
+
+
 ARMS: Mapping[Arm, Mapping[str, Make]] = {
     "ours": {},
     # The true map in place of the filter, and the shortest path that RRT* finds on it.
     "known": {"mapping": _true_map, "policy": _reference_driver},
-    # The filter hears no words, and what is meant is inferred from the class alone.
+    # The filter hears no words, and what is meant is inferred from the class alone. The learned
+    # cost never met such beliefs, so that the rule serves this arm better, and the next but one.
     "without_language": {
         "mapping": lambda run, _: MapWithoutWords(run),
         "grounding": lambda run, _: ClassAlone(run),
+        "policy": _rule,
     },
     # The nearest place nobody has looked at, until something of the class is seen.
     "frontier": {
@@ -136,11 +143,9 @@ ARMS: Mapping[Arm, Mapping[str, Make]] = {
         "policy": lambda run, _: FrontierPolicyNode(robot_of(run)),
     },
     # Everybody believes the likeliest hypothesis and no other.
-    "map_particle": {"mapping": lambda run, _: OneHypothesis(run)},
+    "map_particle": {"mapping": lambda run, _: OneHypothesis(run), "policy": _rule},
     # A cost set by hand in place of the learned one.
-    "rate_rule": {
-        "policy": lambda run, _: _policy(run, BeliefPolicy(robot_of(run), load_rule(run.robot)))
-    },
+    "rate_rule": {"policy": _rule},
     # Monte Carlo tree search in place of a cost.
     "pomcp": {"policy": lambda run, _: _policy(run, PomcpPolicy.of(run))},
     # A landmark that is imagined is as good as one that was seen, as in the paper.

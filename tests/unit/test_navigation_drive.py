@@ -13,7 +13,7 @@ from schemas.sensing import LaserScan, Odometry
 from schemas.task import Goal, TaskState
 from services.navigation.follower import Velocity, standstill
 from services.navigation.navigator import Navigator
-from services.navigation.obstacle_stop import allowed, towards_room
+from services.navigation.obstacle_stop import allowed, towards_room, turning
 
 STEP_NS = 50_000_000
 RESOLUTION = 0.1
@@ -254,3 +254,19 @@ def test_a_base_walled_in_stays_where_it_is():
     base, limits = WHEELCHAIR.base, WHEELCHAIR.limits
     walls = np.array([(x, y) for x in (-0.62, 0.62) for y in np.arange(-0.4, 0.5, 0.1)])
     assert towards_room(walls, base, limits) == standstill
+
+
+def test_a_long_base_wedged_in_a_doorway_turns_back_before_it_turns_on():
+    base, limits = WHEELCHAIR.base, WHEELCHAIR.limits
+    jambs = np.array([(0.45, 0.4), (-0.45, -0.4)])
+    assert allowed(Velocity(0.0, 0.7), jambs, base, limits) == standstill
+    assert turning(Velocity(0.0, 0.7), jambs, base, limits).angular < 0
+
+
+def test_small_steps_never_add_up_to_a_touch():
+    base, limits = WHEELCHAIR.base, WHEELCHAIR.limits
+    gap, wanted = 0.06, Velocity(0.3, 0.0)
+    for _ in range(200):
+        obstacle = np.array([[0.5 * base.length + gap, 0.0]])
+        gap -= 0.05 * allowed(wanted, obstacle, base, limits).linear
+    assert gap > 0.02
