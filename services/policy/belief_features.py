@@ -26,7 +26,8 @@ The data contract, for C candidates, M readings of the instruction and D feature
     is_stop             1 for stop
     here                1 when the robot stands at the candidate's seen thing
     tried               how often the robot looked from there before
-    way                 to the goal, if the candidate is taken first [m], see `search`
+    way                 to the goal, if the candidate is taken first [m], see `search`, and what
+                        a metre of it is worth, see `Referents.stake`
     see_rate            see_either for each metre of way
     figure_gap          from the end of the way to the figure [m]
     figure_nearer       by how much that is less than from its start [m]
@@ -163,7 +164,7 @@ def features(
         stop[:, None],
         here[:, None],
         _times_tried(situation.tried, candidates)[:, None],
-        way * move,
+        way * referents.stake * move,
         see_either / (length[:, None] + _start_m),
         *(column * move for column in _to_figure(situation, candidates, referents)),
         *(column * move for column in _to_landmark(situation, candidates, referents)),

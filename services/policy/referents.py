@@ -17,6 +17,8 @@ _seen_above = 0.5
 _same_place = 1.5
 """Middles of places nearer to each other than this are those of one place [m]."""
 _negligible = 1e-6
+_nearest_m = 1.0
+"""Goals nearer than this to the start of the search are as good as there [m]."""
 _contradiction = 0.05
 """Credit of behaviours that contradict the hypothesis they were inferred in.
 
@@ -43,6 +45,8 @@ class Referents:
     """(M,)"""
     figure_size: Floats
     """(M,) Its mean width [m]."""
+    figure_away: Floats
+    """(M,) From where the instruction was given [m]."""
     landmark: Floats
     """(M, 2) Map frame [m]; the figure's place where there is no landmark."""
     landmark_seen: Flags
@@ -54,6 +58,18 @@ class Referents:
     def found(self) -> Flags:
         """(M,) Whether everything the reading speaks of was seen."""
         return self.known & self.figure_seen & self.landmark_seen
+
+    @property
+    def stake(self) -> Floats:
+        """(M,) What a metre counts for in each reading: 1 on average, less where the goal is far.
+
+        With it an expected way is one in multiples of the shortest, of which the paths' efficiency
+        (SPL, Anderson et al., 2018) is the inverse: detours count for more the nearer the goal is.
+        """
+        inverse = 1 / np.maximum(self.figure_away, _nearest_m)
+        share = self.probability * self.known
+        mean = float(share @ inverse) / max(float(share.sum()), _negligible)
+        return np.where(self.known, inverse / max(mean, _negligible), 1.0)
 
 
 def mass_of(referents: Referents, object_id: int) -> float:
@@ -133,7 +149,7 @@ def _readings(
     has_landmark = landmark_row >= 0
     # Where there is no landmark its columns repeat the figure, as something that was found.
     landmark_row = np.where(has_landmark, landmark_row, figure_row)
-    seen = _seen(belief)
+    seen, start = _seen(belief), (belief.viewer.x, belief.viewer.y)
     return _with_nothing(
         Referents(
             probability=probability,
@@ -143,6 +159,7 @@ def _readings(
             figure_seen=seen[figure_row],
             figure_existence=belief.existence[figure_row],
             figure_size=belief.extent[figure_row, :2].mean(axis=1),
+            figure_away=np.hypot(*(belief.position[figure_row] - start).T),
             landmark=belief.position[landmark_row],
             landmark_seen=seen[landmark_row] | ~has_landmark,
             landmark_existence=belief.existence[landmark_row],
@@ -180,6 +197,7 @@ def _with_nothing(readings: Referents) -> Referents:
         figure_seen=np.append(readings.figure_seen, False),
         figure_existence=np.append(readings.figure_existence, 0.0),
         figure_size=np.append(readings.figure_size, 0.0),
+        figure_away=np.append(readings.figure_away, 0.0),
         landmark=np.concatenate([readings.landmark, np.zeros((1, 2))]),
         landmark_seen=np.append(readings.landmark_seen, False),
         landmark_existence=np.append(readings.landmark_existence, 0.0),

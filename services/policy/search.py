@@ -5,7 +5,8 @@ over places that turn out to be empty. What follows after the candidate is a swe
 that together show all that is left. Until something comes into view all hypotheses share this
 sweep; from then on each is taken to be known (the figure is where it says). The first moment of the
 result is the expected way of the best sweep that begins with the candidate, which a rule that only
-weighs the next look against its way cannot see. Sweeps are found by beam search, in which every
+weighs the next look against its way cannot see. Expected is what the way is as a multiple of the
+shortest one, see `Referents.stake`. Sweeps are found by beam search, in which every
 candidate keeps its own best beginning.
 """
 
@@ -38,7 +39,7 @@ class Quest:
     """What is left to be seen, in H hypotheses."""
 
     weight: Floats
-    """(H,) Sums to one."""
+    """(H,) Probability by what is at stake; sums to one."""
     figure: Floats
     """(H, 2), map frame [m]"""
     landmark: Floats
@@ -97,7 +98,8 @@ def way_to_goal(
     pending, quest = _quest(referents)
     if len(pending):
         ways[:, pending] = _planned(pose, lengths, candidates, quest, view)
-    expected = ways[:, referents.known] @ _share(referents.probability[referents.known])
+    weight = (referents.probability * referents.stake)[referents.known]
+    expected = ways[:, referents.known] @ _share(weight)
     # What no hypothesis explains is no reason to prefer one candidate.
     return np.where(referents.known, ways, expected[:, None])
 
@@ -124,7 +126,7 @@ def _quest(referents: Referents) -> tuple[Ints, Quest]:
     keys = np.concatenate([referents.figure[rows].T, referents.landmark[rows].T])
     rows = rows[np.lexsort(keys)]
     quest = Quest(
-        weight=_share(referents.probability[rows]),
+        weight=_share((referents.probability * referents.stake)[rows]),
         figure=referents.figure[rows],
         landmark=referents.landmark[rows],
         figure_seen=referents.figure_seen[rows],

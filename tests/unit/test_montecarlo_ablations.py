@@ -60,6 +60,7 @@ def test_without_confirmation_a_seen_figure_is_enough() -> None:
         figure_seen=np.array([True, False]),
         figure_existence=np.ones(2),
         figure_size=np.ones(2),
+        figure_away=np.ones(2),
         landmark=np.zeros((2, 2)),
         landmark_seen=np.array([False, False]),
         landmark_existence=np.ones(2),

@@ -30,6 +30,7 @@ def referents(figure, landmark=None, weights=None) -> Referents:
         figure_seen=np.zeros(count, bool),
         figure_existence=np.ones(count),
         figure_size=np.full(count, 0.4),
+        figure_away=np.hypot(*figure.T),
         landmark=figure if landmark is None else np.asarray(landmark, float),
         landmark_seen=np.full(count, landmark is None),
         landmark_existence=np.ones(count),
@@ -104,13 +105,13 @@ def test_the_best_sweep_is_that_of_trying_all_orders(seed):
     turn = np.arange(3) * 2 * np.pi / 3
     figure = rng.uniform(6, 9, 3)[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
     hypotheses = referents(figure, weights=rng.uniform(1, 2, 3))
-    found = ways(figure, hypotheses) @ hypotheses.probability
-    tried = np.full(3, np.inf)
+    weight = hypotheses.probability * hypotheses.stake
+    found, tried = ways(figure, hypotheses) @ weight, np.full(3, np.inf)
     for order in itertools.permutations(range(3)):
         gone, here, expected = 0.0, np.zeros(2), 0.0
         for number in order:
             gone += np.hypot(*(figure[number] - here))
-            expected += hypotheses.probability[number] * (gone - stand_off + 1)
+            expected += weight[number] * (gone - stand_off + 1)
             gone, here = gone + 1, figure[number]
         tried[order[0]] = min(tried[order[0]], expected)
     assert found.min() == pytest.approx(tried.min())
@@ -140,3 +141,11 @@ def test_seeing_the_landmark_tells_where_the_figure_is():
 def test_an_unseen_landmark_costs_a_detour_to_confirm_it():
     figure, far = np.array([[6.0, 0.0]]), np.array([[6.0, 9.0]])
     assert ways([(5, 0)], referents(figure, far)) > ways([(5, 0)], referents(figure))
+
+
+def test_a_metre_counts_for_one_on_average_and_for_more_where_the_goal_is_near():
+    hypotheses = referents([[4.0, 0.0], [0.0, 8.0], [0.0, 0.1]], weights=[2, 1, 1])
+    stake = hypotheses.stake
+    assert stake @ hypotheses.probability == pytest.approx(1.0)
+    assert stake[0] == pytest.approx(2 * stake[1])
+    assert np.isfinite(stake).all() and stake[2] == stake.max()
