@@ -17,8 +17,8 @@ _seen_above = 0.5
 _same_place = 1.5
 """Middles of places nearer to each other than this are those of one place [m]."""
 _negligible = 1e-6
-_nearest_m = 1.0
-"""Goals nearer than this to the start of the search are as good as there [m]."""
+_nearest_m = 4.0
+"""Goals nearer than this to the start of the search are as good as seen at once [m]."""
 _contradiction = 0.05
 """Credit of behaviours that contradict the hypothesis they were inferred in.
 

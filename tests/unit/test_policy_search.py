@@ -144,7 +144,7 @@ def test_an_unseen_landmark_costs_a_detour_to_confirm_it():
 
 
 def test_a_metre_counts_for_one_on_average_and_for_more_where_the_goal_is_near():
-    hypotheses = referents([[4.0, 0.0], [0.0, 8.0], [0.0, 0.1]], weights=[2, 1, 1])
+    hypotheses = referents([[5.0, 0.0], [0.0, 10.0], [0.0, 0.1]], weights=[2, 1, 1])
     stake = hypotheses.stake
     assert stake @ hypotheses.probability == pytest.approx(1.0)
     assert stake[0] == pytest.approx(2 * stake[1])
