@@ -36,10 +36,10 @@ class TrainSettings:
 
     robot: str = "husky"
     expert: ExpertName = default_expert
-    rounds: int = 6
-    episodes: int = 8
+    rounds: int = 4
+    episodes: int = 10
     """In every round, of each row of `worlds.practices`."""
-    validation: int = 6
+    validation: int = 8
     """Episodes of each row after every round, in worlds that are not trained on."""
     workers: int = 2
     moments: int = 2
