@@ -48,6 +48,11 @@ class MapBelief(Struct, frozen=True, kw_only=True):
     """Object id that the utterance's figure is grounded to in each hypothesis, -1 for none."""
     landmark: Annotated[Ints, Shape("P")]
     """Likewise for its landmark."""
+    figure_class: Annotated[Ints, Shape("P")]
+    """What the figure is in each hypothesis, an index of `classes`, -1 for none: what was said,
+    whatever the object looks most like."""
+    landmark_class: Annotated[Ints, Shape("P")]
+    """Likewise for its landmark."""
     topology: Annotated[Ints, Shape("P")]
     """Topology of each hypothesis."""
     node_regions: Annotated[Ints, Shape("K X")]

@@ -120,7 +120,7 @@ def hypotheses(belief: MapBelief, names: Sequence[str]) -> list[Hypothesis]:
     return [
         Hypothesis(
             WorldObjects(
-                classes=classes[rows],
+                classes=_as_meant(belief, known, particle, rows),
                 positions=positions[rows],
                 extents=belief.extent[rows],
                 observed=seen[rows],
@@ -128,8 +128,25 @@ def hypotheses(belief: MapBelief, names: Sequence[str]) -> list[Hypothesis]:
             ),
             belief.node[rows],
         )
-        for rows in _rows_of_each(belief, classes != _none)
+        for particle, rows in enumerate(_rows_of_each(belief, classes != _none))
     ]
+
+
+def _as_meant(
+    belief: MapBelief, known: NDArray[np.int64], particle: int, rows: NDArray[np.intp]
+) -> NDArray[np.int64]:
+    """Classes (n,) of a hypothesis's rows, in which what the words mean is what they say.
+
+    Whatever it looks most like: what was taken for a lounge may be the kitchen.
+    """
+    classes, node = known[belief.class_index[rows]], belief.node[rows]
+    for meant, said in (
+        (belief.figure[particle], belief.figure_class[particle]),
+        (belief.landmark[particle], belief.landmark_class[particle]),
+    ):
+        if said >= 0:
+            classes[node == meant] = known[said]
+    return classes
 
 
 def _rows_of_each(belief: MapBelief, kept: NDArray[np.bool_]) -> list[NDArray[np.intp]]:

@@ -11,6 +11,7 @@ from services.mapping import prior, relations
 from services.mapping.filter import SemanticFilter
 from services.mapping.objects import ObjectColumns
 from services.mapping.particles import (
+    Particles,
     first_region,
     hypothesised_figure,
     hypothesised_landmark,
@@ -58,6 +59,10 @@ def belief_of(
         existence=rows.existence,
         figure=particles.figure,
         landmark=particles.landmark,
+        figure_class=_said(particles.figure, [one.figure for one in semantic.readings], particles),
+        landmark_class=_said(
+            particles.landmark, [one.landmark for one in semantic.readings], particles
+        ),
         topology=topology,
         node_regions=_node_regions(topologies, len(semantic.backbone.trajectory)),
         region_edges=_region_edges(topologies),
@@ -67,6 +72,12 @@ def belief_of(
         trajectory=semantic.backbone.trajectory,
         effective_particles=particles.effective,
     )
+
+
+def _said(numbers: Ints, classes: list[int | None], particles: Particles) -> Ints:
+    """Class (P,) that the reading of each particle names for its object, -1 for none."""
+    named = np.array([-1 if one is None else one for one in (*classes, None)], np.int32)
+    return np.where(numbers < 0, np.int32(-1), named[particles.reading])
 
 
 def _stacked(blocks: list[_Rows]) -> _Rows:

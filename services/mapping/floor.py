@@ -17,7 +17,7 @@ _narrow = 0.75
 """A way that narrows to less than this share of what both its ends have passes a doorway."""
 _doorway = 0.85
 """Half the width of doorways, at most [m]."""
-_roomy = 1.0
+_roomy = 0.9
 """Less clearance than this near a place may be a doorway's [m]."""
 _end = 0.5
 _directions = np.array([[0, 0], [1, 0], [0, 1], [-1, 0], [0, -1]], np.float64)

@@ -1,6 +1,6 @@
 """The policy: the cheapest of all candidates, over all hypotheses (Eq. policy)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,6 +29,8 @@ _in_the_middle = 0.5
 """This near to the free middle of a place one is there [m]."""
 _well_inside, _same_spot = 1.5, 0.3
 _passing_m = 1.2
+_long_s = 1e4
+"""By then any search has become a long one [s]."""
 _footprint_margin = 0.05
 _turning_margin = 0.15
 """Of the footprint's circle where the base is to turn on the spot [m]."""
@@ -145,7 +147,17 @@ class BeliefPolicy:
         return Proposal(candidates, features, bool(following), float(here[0]))
 
     def choose(self, proposal: Proposal, referents: Referents, memory: Memory) -> Choice:
-        """The cheapest (Eq. policy)."""
+        """The cheapest (Eq. policy).
+
+        Where nothing is left to look at, the search has come to where a long one ends: what was
+        found is the goal if it would be then.
+        """
+        choice = self._cheapest(proposal, referents, memory)
+        if not choice.is_idle:
+            return choice
+        return self._cheapest(proposal, referents, replace(memory, searching_s=_long_s))
+
+    def _cheapest(self, proposal: Proposal, referents: Referents, memory: Memory) -> Choice:
         candidates = proposal.candidates
         goal = self.goal_of(referents, memory.searching_s)
         # What was followed before it was known what is meant deserves no patience.

@@ -14,7 +14,7 @@ from schemas.language import Behaviors
 
 _seen_above = 0.5
 """Existence below which a detection is too doubtful to count as seen."""
-_same_place = 1.5
+_same_place = 2.5
 """Middles of places nearer to each other than this are those of one place [m]."""
 _negligible = 1e-6
 _nearest_m = 4.0

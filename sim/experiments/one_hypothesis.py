@@ -57,6 +57,8 @@ def likeliest(belief: MapBelief) -> MapBelief:
         **{name: getattr(belief, name)[rows] for name in (*columns, "existence")},
         figure=belief.figure[[best]],
         landmark=belief.landmark[[best]],
+        figure_class=belief.figure_class[[best]],
+        landmark_class=belief.landmark_class[[best]],
         topology=np.zeros(1, np.int32),
         node_regions=belief.node_regions[topology : topology + 1],
         region_edges=edges * np.array([0, 1, 1], np.int32),

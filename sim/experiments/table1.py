@@ -82,7 +82,7 @@ CLARIFIED = tuple(
 
 
 def measure(settings: Settings) -> Outcome:
-    """Every row with all arms; baselines run in a fifth of the worlds, in ten at least."""
+    """Every row with all arms; baselines run in a tenth of the worlds, in ten at least."""
     perception = PerceptionSettings()
     runs = runs_of(settings.runs, BASELINES)
     jobs = [j for row in ROWS for j in jobs_of(row.scenario, runs, settings.seed, perception)]
@@ -103,7 +103,7 @@ def measure(settings: Settings) -> Outcome:
 
 def runs_of(runs: int, others: Sequence[Arm]) -> dict[Arm, int]:
     """Number of worlds for our arm and the others."""
-    fewer = min(runs, max(10, runs // 5))
+    fewer = min(runs, max(10, runs // 10))
     return {"ours": runs, **dict.fromkeys(others, fewer)}
 
 

@@ -87,7 +87,6 @@ class TrueMapNode:
     def _belief(self, odometry: Odometry) -> MapBelief:
         things, map_from_base = self._things, self._map_from_base()
         count = len(things.ids)
-        names = [name if name in self._classes else "unknown" for name in things.labels]
         figure, landmark = (
             things.node[row] if row >= 0 else -1 for row in (self._figure, self._landmark)
         )
@@ -98,7 +97,7 @@ class TrueMapNode:
             weights=np.ones(1),
             particle=things.particle,
             node=things.node,
-            class_index=np.array([self._classes.index(name) for name in names], np.int32),
+            class_index=np.array([self._class_of(row) for row in range(count)], np.int32),
             class_probability=np.ones(count),
             position=things.position,
             covariance=np.tile(1e-4 * np.eye(2), (count, 1, 1)),
@@ -106,6 +105,8 @@ class TrueMapNode:
             existence=np.ones(count),
             figure=np.array([figure], np.int32),
             landmark=np.array([landmark], np.int32),
+            figure_class=np.array([self._class_of(self._figure)], np.int32),
+            landmark_class=np.array([self._class_of(self._landmark)], np.int32),
             topology=np.zeros(1, np.int32),
             node_regions=np.zeros((0, 0), np.int32),
             region_edges=self._edges,
@@ -115,6 +116,13 @@ class TrueMapNode:
             trajectory=np.zeros((0, 3)),
             effective_particles=1.0,
         )
+
+    def _class_of(self, row: int) -> int:
+        """Of a thing by its row, -1 for none."""
+        label = self._things.labels[row] if row >= 0 else ""
+        if not label:
+            return -1
+        return self._classes.index(label if label in self._classes else "unknown")
 
     def _map_from_base(self) -> Pose2:
         return self._start_from_world @ self._world_from_base()

@@ -107,6 +107,8 @@ def belief() -> MapBelief:
         existence=rng.uniform(size=rows),
         figure=np.zeros(_particles, np.int32),
         landmark=np.ones(_particles, np.int32),
+        figure_class=np.zeros(_particles, np.int32),
+        landmark_class=np.ones(_particles, np.int32),
         topology=np.zeros(_particles, np.int32),
         node_regions=np.zeros((0, 50), np.int32),
         region_edges=np.zeros((0, 3), np.int32),

@@ -68,6 +68,8 @@ def belief_at(map_from_odom: Pose2) -> MapBelief:
         existence=none,
         figure=np.full(1, -1, np.int32),
         landmark=np.full(1, -1, np.int32),
+        figure_class=np.full(1, -1, np.int32),
+        landmark_class=np.full(1, -1, np.int32),
         topology=np.zeros(1, np.int32),
         node_regions=np.zeros((0, 0), np.int32),
         region_edges=np.zeros((0, 3), np.int32),

@@ -1,5 +1,7 @@
 """Laws of the policy on beliefs written down by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from schemas.belief import MapBelief, OccupancyGrid
 from schemas.geometry import Pose2
 from schemas.language import Behaviors
 from services.policy import places
-from services.policy.belief_features import moments_of
+from services.policy.belief_features import moments_of, names
 from services.policy.candidates import Kind
 from services.policy.policy import BeliefPolicy, Memory
 from services.policy.referents import from_behaviors, from_figures, mass_of
@@ -65,6 +67,8 @@ def belief_of(figures, landmarks, seen=(), weights=None) -> MapBelief:
         existence=np.full(count, 0.95),
         figure=np.array(columns["figure"], np.int32),
         landmark=np.array(columns["landmark"], np.int32),
+        figure_class=np.full(len(figures), -1, np.int32),
+        landmark_class=np.full(len(figures), -1, np.int32),
         topology=np.zeros(len(weights), np.int32),
         node_regions=np.zeros((0, 0), np.int32),
         region_edges=np.zeros((0, 3), np.int32),
@@ -175,6 +179,23 @@ def test_does_not_look_again_where_everything_was_looked_at(policy):
     belief = belief_of([(5.0, 0.0)] * 10, [(4.0, 0.0)] * 10)
     choice = decide(policy, belief, grid=grid_of(looked=-6.0))
     assert choice.is_idle
+
+
+@pytest.mark.parametrize(("share", "confirms"), [(0.75, True), (0.4, False)])
+def test_where_nothing_is_left_to_look_at_doubt_is_that_of_a_long_search(policy, share, confirms):
+    known = round(20 * share)
+    belief = belief_of(
+        [1] * known + [(5.0, 0.0)] * (20 - known), [2] * known + [(4.0, 0.0)] * (20 - known),
+        seen=((1, HYDRANT, 1.0, 0.0), (2, CONE, 1.5, 0.0)),
+    )  # fmt: skip
+    proposal = policy.propose(belief, from_figures(belief), grid_of(), HERE, NOTHING_DONE)
+    nothing = proposal.features.copy()
+    for name in ("see_figure", "see_either", "new_area", "new_area_nothing", "reach"):
+        nothing[:, :, names.index(name)] = 0.0
+    left = replace(proposal, features=nothing)
+    choice = policy.choose(left, from_figures(belief), NOTHING_DONE)
+    assert choice.confirms == confirms
+    assert choice.is_idle != confirms
 
 
 def test_refused_places_are_not_proposed_again(policy):

@@ -148,4 +148,5 @@ def test_a_metre_counts_for_one_on_average_and_for_more_where_the_goal_is_near()
     stake = hypotheses.stake
     assert stake @ hypotheses.probability == pytest.approx(1.0)
     assert stake[0] == pytest.approx(2 * stake[1])
-    assert np.isfinite(stake).all() and stake[2] == stake.max()
+    assert np.isfinite(stake).all()
+    assert stake[2] == stake.max()

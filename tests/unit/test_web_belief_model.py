@@ -34,6 +34,8 @@ def make_belief(
         existence=np.ones(rows),
         figure=np.full(count, 7, np.int32),
         landmark=np.full(count, 1, np.int32),
+        figure_class=np.full(count, -1, np.int32),
+        landmark_class=np.full(count, -1, np.int32),
         topology=np.zeros(count, np.int32),
         node_regions=np.zeros((0, 1), np.int32),
         region_edges=np.zeros((0, 3), np.int32),
