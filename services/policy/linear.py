@@ -31,6 +31,8 @@ BLOCKS = ("move", "stop")
 _promises = {"see_either": 1.0, "reach": 1.0, "new_area": 0.03}
 """What makes a move worth doing, by feature, and how much of it."""
 _least_promise = 0.005
+_widest = 6.0
+"""Standardised features count for no more: what is rare must not decide alone."""
 _dearer = 10.0
 """What a candidate that is not worth doing costs more than the dearest, so that it is chosen only
 where there is nothing else."""
@@ -116,11 +118,17 @@ class LinearCost:
         is_stop = stops(features)
         costs = self.costs(features, circumstances.words)
         costs[1 : 1 + circumstances.following] -= self.settings.patience
-        found = _first(features, "reach_found")
-        may_stop = (_first(features, "here") > 0) & (found >= self.settings.stop_above)
+        found, here = _first(features, "reach_found"), _first(features, "here") > 0
         promise = sum(share * _first(features, name) for name, share in _promises.items())
         gains = np.clip(np.where(is_stop, found, promise), 0.0, 1.0)
+        may_stop = here & (found >= self.settings.stop_above)
         worthwhile: Flags = np.where(is_stop, may_stop, gains >= _least_promise)
+        # What was confirmed is the goal: it is declared, or gone to, before all else.
+        sure = worthwhile & (found >= self.settings.confirmed)
+        for due in (sure & is_stop, sure):
+            if due.any():
+                worthwhile = due
+                break
         dearest = costs.max() + _dearer
         return Judgement(np.where(worthwhile, costs, dearest + is_stop), gains, worthwhile)
 
@@ -128,9 +136,14 @@ class LinearCost:
         """W^T F (C,) of features (C, K or more, D), before what is not learned."""
         block = stops(features).astype(np.intp)
         own = features[:, : self.moments, self.columns]
-        standard = (own - self.mean[block]) / self.deviation[block]
+        standard = standardised(own, self.mean[block], self.deviation[block])
         weights = self.weights.get(words, self.weights["any"])
         return np.einsum("ckd,ckd->c", standard, weights[block])
+
+
+def standardised(features: NDArray[np.floating], mean: Floats, deviation: Floats) -> Floats:
+    """Features as deviations from the mean; all of one shape."""
+    return np.clip((features - mean) / deviation, -_widest, _widest)
 
 
 def stops(features: NDArray[np.floating]) -> Flags:

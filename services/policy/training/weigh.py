@@ -9,7 +9,7 @@ import numpy as np
 from schemas.arrays import Floats
 from services.policy.belief_features import names
 from services.policy.cost import Words
-from services.policy.linear import Block, LinearWeights, Provenance, by_feature, stops
+from services.policy.linear import Block, LinearWeights, Provenance, by_feature, standardised, stops
 from services.policy.training.collect import Decision
 from services.policy.training.fit import FitSettings, State, agreement, fit, mean_loss
 
@@ -139,7 +139,7 @@ def states_of(decisions: Sequence[Decision], standard: Standard) -> list[State]:
 def _state(decision: Decision, standard: Standard) -> State:
     block = stops(decision.features).astype(np.intp)
     own = decision.features[:, : standard.moments]
-    values = (own - standard.mean[block]) / standard.deviation[block]
+    values = standardised(own, standard.mean[block], standard.deviation[block])
     return State(
         values=values.reshape(len(values), -1).astype(np.float32),
         block=block,
