@@ -8,7 +8,7 @@ from scipy import ndimage
 from schemas.arrays import Flags, Floats
 from services.mapping.grid import Grid
 
-_occupied, _free = 0.5, -0.5
+occupied_from, _free = 0.5, -0.5
 """Log odds from which a cell counts as one or the other."""
 _margin = 3.0
 _wide = 2.0
@@ -87,7 +87,7 @@ def floor_around(points: Floats, grid: Grid) -> Floor:
     high = np.ceil((points.max(axis=0) + _margin - grid.origin) / resolution).astype(int)
     (left, down), (right, up) = np.clip(low, 0, limit - 1), np.clip(high, 1, limit)
     layer = grid.occupancy[down:up, left:right]
-    occupied: Flags = layer > _occupied
+    occupied: Flags = layer > occupied_from
     distance = np.full(layer.shape, _wide)
     if occupied.any():
         distance = np.asarray(ndimage.distance_transform_edt(~occupied)) * resolution

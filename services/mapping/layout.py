@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from schemas.arrays import Flags, Floats, Ints
-from services.mapping.floor import Floor, floor_around
+from services.mapping.floor import Floor, floor_around, occupied_from
 from services.mapping.grid import Grid
 
 _reach = 5.0
@@ -76,7 +76,7 @@ def layout_of(nodes: Floats, spots: Floats, agrees: Floats, grid: Grid) -> Layou
     group[alone] = _groups(spots[alone], floor)
     oldest = alone[np.unique(group[alone], return_index=True)[1]].astype(np.int32)
     centers, owner = _ownership(points, floor)
-    crowded = _crowded(centers, floor) | _closed(floor)
+    crowded = _crowded(centers, floor) | _closed(floor, grid)
     return Layout(len(nodes), node_of_spot, group, oldest, floor.origin, crowded, centers, owner)
 
 
@@ -126,15 +126,18 @@ def _crowded(centers: Floats, floor: Floor) -> Flags:
     return np.asarray(ndimage.binary_dilation(crowded, _beside), np.bool_)
 
 
-def _closed(floor: Floor) -> Flags:
+def _closed(floor: Floor, grid: Grid) -> Flags:
     """Blocks all of whose cells lie in pockets between walls, with no way to free ground."""
-    # Nobody knows where ways outside the window lead, which may be back into it.
-    open_around = np.pad(~floor.occupied, 1, constant_values=True)
-    pocket, count = ndimage.label(open_around)
-    has_free = np.zeros(count + 1, np.bool_)
-    has_free[pocket[1:-1, 1:-1][floor.free]] = True
-    has_free[pocket[0, 0]] = True
-    return floor.coarse(~has_free[pocket[1:-1, 1:-1]], cell_size).all(axis=(1, 3))
+    # Nobody knows where ways outside the grid lead, which may be back into it.
+    open_around = np.pad(grid.occupancy <= occupied_from, 1, constant_values=True)
+    pocket = np.zeros(open_around.shape, np.int32)
+    ndimage.label(open_around, output=pocket)
+    column, row = np.rint((floor.origin - grid.origin) / grid.resolution).astype(int) + 1
+    height, width = floor.free.shape
+    inside = pocket[row : row + height, column : column + width]
+    with_way = np.unique(np.append(inside[floor.free], pocket[0, 0]))
+    closed: Flags = np.all(floor.coarse(~np.isin(inside, with_way), cell_size), axis=(1, 3))
+    return closed
 
 
 def _nearest(points: Floats, to: Floats) -> Ints:

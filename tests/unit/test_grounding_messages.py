@@ -39,3 +39,18 @@ def test_each_hypothesis_has_its_own_rows_in_the_order_of_the_belief() -> None:
 def test_objects_of_classes_that_are_no_words_are_left_out() -> None:
     belief = with_topologies()
     assert all(len(one.nodes) == 0 for one in hypotheses(belief, ("tree",)))
+
+
+def test_what_the_words_mean_is_what_they_say_whatever_it_looks_like() -> None:
+    belief = with_topologies()
+    cone, shared_node = belief.classes.index("cone"), int(belief.node[belief.particle == -1][0])
+    meant = msgspec.structs.replace(
+        belief,
+        figure=np.array([shared_node, -1, -1, -1], np.int32),
+        figure_class=np.array([cone, -1, -1, -1], np.int32),
+    )
+    first, *others = hypotheses(meant, NAMES)
+    assert first.world.classes[first.nodes == shared_node].tolist() == [NAMES.index("cone")]
+    assert first.world.classes[first.nodes != shared_node].tolist().count(NAMES.index("cone")) == 0
+    for one in others:
+        assert set(one.world.classes.tolist()) == {NAMES.index("hydrant")}

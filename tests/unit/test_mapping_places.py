@@ -16,6 +16,8 @@ from schemas.run import RunConfig
 from services.mapping.allocation import Topologies
 from services.mapping.belief import belief_of
 from services.mapping.filter import SemanticFilter
+from services.mapping.grid import Grid
+from services.mapping.layout import layout_of
 from services.mapping.node import MappingNode
 from services.mapping.restoration import restore
 from tests.building import CLASSES, Building, means, room_hall_room
@@ -245,3 +247,27 @@ def test_scene_observations_that_are_late_or_broken_are_no_evidence() -> None:
 
 def rng() -> np.random.Generator:
     return np.random.default_rng(0)
+
+
+@pytest.mark.parametrize(("door", "possible"), [(False, False), (True, True)])
+def test_no_place_is_imagined_where_no_way_leads(door: bool, possible: bool) -> None:
+    """A room, and unknown ground behind its wall that has walls all round."""
+    grid = Grid((0.0, 0.0), 0.1)
+
+    def fill(left: float, down: float, right: float, up: float, value: float) -> None:
+        columns, rows = (
+            slice(*np.rint((np.array(ends) - origin) / 0.1).astype(int).tolist())
+            for ends, origin in zip(((left, right), (down, up)), grid.origin, strict=True)
+        )
+        grid.occupancy[rows, columns] = value
+
+    fill(-0.2, -0.2, 6.2, 8.2, 4.0)
+    fill(0.0, 4.2, 6.0, 8.0, 0.0)
+    fill(0.0, 0.0, 6.0, 4.0, -4.0)
+    if door:
+        fill(2.5, 4.0, 3.5, 4.2, -4.0)
+    nodes = np.array([[2.0, 3.0], [4.0, 3.0]])
+    layout = layout_of(nodes, np.zeros((0, 2)), np.zeros((0, 2)), grid)
+    behind = layout.log_unseen(np.array([[3.0, 5.5]]))
+    assert (behind == 0.0).all() == possible
+    assert layout.log_unseen(nodes).max() < -1

@@ -91,6 +91,8 @@ def belief_of(x: list[float], weights: list[float]) -> MapBelief:
         existence=column(truth.existence, np.ones(count)),
         figure=np.full(count, 1000, np.int32),
         landmark=none,
+        figure_class=np.zeros(count, np.int32),
+        landmark_class=none,
         topology=np.zeros(count, np.int32),
     )
 

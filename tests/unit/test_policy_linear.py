@@ -107,6 +107,17 @@ def test_a_stop_needs_something_to_declare_and_the_posterior_it_is_bound_to(
     assert allowed or judged.costs[0] > judged.costs[1:].max()
 
 
+@pytest.mark.parametrize(("here", "due"), [(1.0, 0), (0.0, 3)])
+@pytest.mark.parametrize("seed", range(5))
+def test_what_was_confirmed_is_declared_or_gone_to_before_all_else(here, due, seed):
+    features = features_of(here=here, found=0.95, seed=seed)
+    features[1:, 0, names.index("reach_found")] = 0.05
+    features[3, 0, names.index("reach_found")] = 0.95
+    judged = cost_of(weights_of(seed=seed)).judge(features, NOW)
+    assert np.argmin(judged.costs) == due
+    assert judged.worthwhile.tolist() == [row == due for row in range(len(features))]
+
+
 def test_a_move_that_shows_nothing_is_not_worthwhile():
     features = features_of()
     features[2] = 0
