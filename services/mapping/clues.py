@@ -15,6 +15,7 @@ from schemas.geometry import Pose2
 from services.mapping import prior, relations
 from services.mapping.even import EvenPoints
 from services.mapping.objects import ObjectColumns
+from services.mapping.prior import Meant
 from services.mapping.relations import Frame, Relation
 
 _places = 64
@@ -45,12 +46,18 @@ def unseen_places(viewer: Pose2) -> Floats:
 
 
 def log_factor(
-    clue: Clue, anchors: Floats, objects: ObjectColumns, log_missed: Floats, viewer: Pose2
+    clue: Clue,
+    role: Meant,
+    anchors: Floats,
+    objects: ObjectColumns,
+    log_missed: Floats,
+    viewer: Pose2,
 ) -> Floats:
     """Log of p(anchor | clue) / p(anchor), for things of the reading at `anchors` (P, 2).
 
     Args:
         clue: the relation.
+        role: in which the things are meant, which decides p(anchor).
         anchors: map frame [m].
         objects: what was seen.
         log_missed: of `unseen_places` (n,): log probability that nothing there was overlooked.
@@ -63,7 +70,6 @@ def log_factor(
         places, log_weight = _third_things(clue.other, objects, log_missed, viewer)
         pairs = _pairs(clue, anchors, places, viewer)
         density = np.logaddexp.reduce(pairs + log_weight, axis=1)
-    role = "figure" if clue.of_figure else "landmark"
     said = density - prior.log_place(role, anchors, viewer)
     return np.logaddexp(np.log1p(-np.exp(_imprecise)) + said, _imprecise)
 

@@ -30,6 +30,14 @@ class PlacePrior:
         log_normal = -0.5 * np.sum(scaled**2, axis=2)
         return log_normal + np.log(self.shares / (2 * np.pi * self.spreads.prod(axis=1)))
 
+    def widened(self, share: float, spread: float) -> "PlacePrior":
+        """Mixed with a `share` of places all about, of a `spread` [m]."""
+        return PlacePrior(
+            np.concatenate([self.means, np.zeros((1, 2))]),
+            np.concatenate([self.spreads, np.full((1, 2), spread)]),
+            np.append((1 - share) * self.shares, share),
+        )
+
     def log_density(self, places: Floats) -> Floats:
         """Log density (n,) at places (n, 2)."""
         return np.logaddexp.reduce(self.log_components(places), axis=1)

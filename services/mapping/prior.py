@@ -15,7 +15,12 @@ from services.mapping.place_prior import PlacePrior
 
 Role = Literal["figure", "landmark"]
 """What people speak of, and what they name to say where it is, which is nearer to them."""
+Meant = Role | Literal["room"]
+"""The same for things; what is said of a room is looked for in the same way in either role."""
 
+_share_about, _about = 0.5, 10.0
+"""Share of rooms that are anywhere about, and how far [m]: walls hide them, and who speaks of one
+need not face it."""
 background_density = 1 / 500
 """Unrelated objects of a class per square metre: the concentration of the Dirichlet process
 that decides between a known thing and a new one [1/m^2]."""
@@ -74,8 +79,10 @@ def learned() -> PriorWeights:
 
 
 @cache
-def place_prior(role: Role) -> PlacePrior:
-    """Where things of a role may be."""
+def place_prior(role: Meant) -> PlacePrior:
+    """Where things of a role may be, or rooms."""
+    if role == "room":
+        return place_prior("landmark").widened(_share_about, _about)
     weights = learned().places[role]
     return PlacePrior(np.array(weights.means), np.array(weights.spreads), np.array(weights.shares))
 
@@ -92,11 +99,11 @@ def typical_radius(name: str) -> float:
     return radii.get(name, _default_radius)
 
 
-def places_at(role: Role, points: Floats, viewer: Pose2) -> Floats:
+def places_at(role: Meant, points: Floats, viewer: Pose2) -> Floats:
     """Places (n, 2), map frame, made of points (n, 3) of the unit cube."""
     return viewer.apply(place_prior(role).places_at(points))
 
 
-def log_place(role: Role, points: Floats, viewer: Pose2) -> Floats:
+def log_place(role: Meant, points: Floats, viewer: Pose2) -> Floats:
     """Log density (n,) of what `places_at` makes of even points, at points (n, 2), map frame."""
     return place_prior(role).log_density(viewer.inverse().apply(points))

@@ -22,7 +22,7 @@ from services.mapping.particles import (
     joined,
     nothing,
 )
-from services.mapping.prior import Role
+from services.mapping.prior import Meant
 from services.mapping.target import (
     Evidence,
     log_target,
@@ -87,7 +87,7 @@ def _strata(reading: Reading, share: int, evidence: Evidence, points: EvenPoints
     figures = figures[~np.isin(figures, reading.not_meant)]
     many = points.first(_oversampling * share)
     if reading.relation is None:
-        return [_seen(figures, _no_one(figures)), _new_alone(many, evidence)]
+        return [_seen(figures, _no_one(figures)), _new_alone(reading, many, evidence)]
     if reading.landmark is None:
         return [_beside_robot(figures, evidence), _new_beside_robot(reading, many, evidence)]
     landmarks = _candidates(reading.landmark, evidence)
@@ -129,19 +129,21 @@ def _new_beside_robot(reading: Reading, points: Floats, evidence: Evidence) -> _
     )
 
 
-def _new_alone(points: Floats, evidence: Evidence) -> _Draw:
-    places, log_proposal = _new_places("figure", points, evidence)
+def _new_alone(reading: Reading, points: Floats, evidence: Evidence) -> _Draw:
+    role = evidence.meant_as("figure", reading.figure)
+    places, log_proposal = _new_places(role, points, evidence)
     new = np.full(len(points), hypothesised_figure, np.int32)
     return _Draw(new, places, _no_one(new), np.zeros(places.shape), log_proposal)
 
 
 def _all_new(reading: Reading, points: Floats, evidence: Evidence) -> _Draw:
-    places, log_proposal = _new_places("landmark", points, evidence)
+    role = evidence.meant_as("landmark", reading.landmark)
+    places, log_proposal = _new_places(role, points, evidence)
     new = np.full(len(points), hypothesised_landmark, np.int32)
     return _new_figure(reading, new, places, log_proposal, points[:, 3:], evidence)
 
 
-def _new_places(role: Role, points: Floats, evidence: Evidence) -> tuple[Floats, Floats]:
+def _new_places(role: Meant, points: Floats, evidence: Evidence) -> tuple[Floats, Floats]:
     """Places (n, 2) from the prior, and log density (n,) times count."""
     places = prior.places_at(role, points[:, :3], evidence.viewer)
     return places, prior.log_place(role, places, evidence.viewer) + np.log(len(points))

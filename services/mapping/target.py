@@ -26,6 +26,7 @@ from services.mapping.grid import Grid
 from services.mapping.layout import Layout
 from services.mapping.objects import ObjectColumns
 from services.mapping.particles import Particles, hypothesised_figure
+from services.mapping.prior import Meant, Role
 from services.mapping.relations import Relation
 
 _impossible = -30.0
@@ -54,6 +55,10 @@ class Evidence:
     def is_place(self, class_index: int | None) -> bool:
         """Whether a class is a type of place."""
         return class_index is not None and class_index >= len(self.classes) - self.locations
+
+    def meant_as(self, role: Role, class_index: int | None) -> Meant:
+        """By which prior things of a class are placed that are spoken of in a role."""
+        return "room" if self.is_place(class_index) else role
 
     @property
     def for_landmarks(self) -> "Evidence":
@@ -126,13 +131,15 @@ def _of_reading(particles: Particles, reading: Reading, evidence: Evidence) -> F
     )
     value += np.where(np.isin(particles.figure, reading.not_meant), _impossible, 0.0)
     if reading.relation is None:
-        return value + prior.log_place("figure", particles.figure_position, evidence.viewer)
+        role = evidence.meant_as("figure", reading.figure)
+        return value + prior.log_place(role, particles.figure_position, evidence.viewer)
     value += _relation_term(particles, reading, reading.relation, evidence)
     for clue in reading.clues:
-        value += _clue_term(particles, clue, evidence)
+        value += _clue_term(particles, clue, reading, evidence)
     if reading.landmark is None:
         return value
-    value += prior.log_place("landmark", particles.landmark_position, evidence.viewer)
+    role = evidence.meant_as("landmark", reading.landmark)
+    value += prior.log_place(role, particles.landmark_position, evidence.viewer)
     value += _standing(
         particles.landmark, particles.landmark_position, reading.landmark, evidence.for_landmarks
     )
@@ -173,10 +180,13 @@ def _size_of(numbers: Ints, class_index: int | None, sizes: Floats, evidence: Ev
     return typical
 
 
-def _clue_term(particles: Particles, clue: Clue, evidence: Evidence) -> Floats:
-    anchors = particles.figure_position if clue.of_figure else particles.landmark_position
+def _clue_term(particles: Particles, clue: Clue, reading: Reading, evidence: Evidence) -> Floats:
+    if clue.of_figure:
+        anchors, role = particles.figure_position, evidence.meant_as("figure", reading.figure)
+    else:
+        anchors, role = particles.landmark_position, evidence.meant_as("landmark", reading.landmark)
     log_missed = missed(clues.unseen_places(evidence.viewer), clue.other, evidence)
-    return clues.log_factor(clue, anchors, evidence.objects, log_missed, evidence.viewer)
+    return clues.log_factor(clue, role, anchors, evidence.objects, log_missed, evidence.viewer)
 
 
 def _variance(numbers: Ints, objects: ObjectColumns) -> Floats:

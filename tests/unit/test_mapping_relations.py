@@ -143,11 +143,22 @@ def test_behind_is_practised_on_the_far_side_and_what_is_not_practised_has_no_ex
     assert len(practised("left", 60).offset) == 0
 
 
-@pytest.mark.parametrize("role", get_args(prior.Role))
-def test_the_prior_is_the_density_of_its_samples(role: prior.Role) -> None:
+@pytest.mark.parametrize("role", [*get_args(prior.Role), "room"])
+def test_the_prior_is_the_density_of_its_samples(role: prior.Meant) -> None:
     rng = np.random.default_rng(0)
     places = prior.places_at(role, rng.random((20_000, 3)), VIEWER)
     shifted = places + 0.5
     # E[q / p] over samples of p is the integral of q.
     ratio = np.exp(prior.log_place(role, shifted, VIEWER) - prior.log_place(role, places, VIEWER))
     assert ratio.mean() == pytest.approx(1.0, abs=0.05)
+
+
+def test_rooms_behind_whoever_speaks_are_likelier_than_things_there() -> None:
+    ahead, behind = VIEWER.apply(np.array([[9.0, 0.0], [-9.0, 0.0]]))[:, None]
+    odds = {
+        role: float(
+            (prior.log_place(role, ahead, VIEWER) - prior.log_place(role, behind, VIEWER))[0]
+        )
+        for role in ("room", "landmark")
+    }
+    assert 0 < odds["room"] <= odds["landmark"]

@@ -191,7 +191,9 @@ def near_a_building(buildings: list[tuple[float, float]], anchors: np.ndarray) -
     clue = Clue(relation_named("near", False), True, 2, True, 0.2, 2.5)
     here = Pose2(0.0, 0.0, 0.0)
     missed = np.zeros(len(unseen_places(here)))
-    return log_factor(clue, anchors, things, missed, here)
+    return log_factor(
+        clue, "figure" if clue.of_figure else "landmark", anchors, things, missed, here
+    )
 
 
 def test_a_clue_prefers_places_near_what_was_seen() -> None:
