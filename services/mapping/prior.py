@@ -15,8 +15,9 @@ from services.mapping.place_prior import PlacePrior
 
 Role = Literal["figure", "landmark"]
 """What people speak of, and what they name to say where it is, which is nearer to them."""
-Meant = Role | Literal["room"]
-"""The same for things; what is said of a room is looked for in the same way in either role."""
+Meant = Role | Literal["figure room", "landmark room"]
+"""The same for things and for rooms."""
+as_room: Mapping[Role, Meant] = {"figure": "figure room", "landmark": "landmark room"}
 
 _share_about, _about = 0.5, 10.0
 """Share of rooms that are anywhere about, and how far [m]: walls hide them, and who speaks of one
@@ -81,8 +82,9 @@ def learned() -> PriorWeights:
 @cache
 def place_prior(role: Meant) -> PlacePrior:
     """Where things of a role may be, or rooms."""
-    if role == "room":
-        return place_prior("landmark").widened(_share_about, _about)
+    if role not in ("figure", "landmark"):
+        own = "figure" if role == as_room["figure"] else "landmark"
+        return place_prior(own).widened(_share_about, _about)
     weights = learned().places[role]
     return PlacePrior(np.array(weights.means), np.array(weights.spreads), np.array(weights.shares))
 

@@ -58,7 +58,7 @@ class Evidence:
 
     def meant_as(self, role: Role, class_index: int | None) -> Meant:
         """By which prior things of a class are placed that are spoken of in a role."""
-        return "room" if self.is_place(class_index) else role
+        return prior.as_room[role] if self.is_place(class_index) else role
 
     @property
     def for_landmarks(self) -> "Evidence":

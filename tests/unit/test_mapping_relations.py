@@ -143,7 +143,7 @@ def test_behind_is_practised_on_the_far_side_and_what_is_not_practised_has_no_ex
     assert len(practised("left", 60).offset) == 0
 
 
-@pytest.mark.parametrize("role", [*get_args(prior.Role), "room"])
+@pytest.mark.parametrize("role", [*get_args(prior.Role), *prior.as_room.values()])
 def test_the_prior_is_the_density_of_its_samples(role: prior.Meant) -> None:
     rng = np.random.default_rng(0)
     places = prior.places_at(role, rng.random((20_000, 3)), VIEWER)
@@ -159,6 +159,6 @@ def test_rooms_behind_whoever_speaks_are_likelier_than_things_there() -> None:
         role: float(
             (prior.log_place(role, ahead, VIEWER) - prior.log_place(role, behind, VIEWER))[0]
         )
-        for role in ("room", "landmark")
+        for role in ("landmark room", "landmark")
     }
-    assert 0 < odds["room"] <= odds["landmark"]
+    assert 0 < odds["landmark room"] <= odds["landmark"]

@@ -153,9 +153,9 @@ def test_an_arm_replaces_nothing_but_what_it_is_about(arm: Arm) -> None:
     replaced = {
         "ours": set(),
         "known": {"mapping", "policy"},
-        "without_language": {"mapping", "grounding"},
+        "without_language": {"mapping", "grounding", "policy"},
         "frontier": {"mapping", "policy"},
-        "map_particle": {"mapping"},
+        "map_particle": {"mapping", "policy"},
         "rate_rule": {"policy"},
         "pomcp": {"policy"},
         "no_confirmation": {"policy"},
