@@ -30,6 +30,8 @@ default_expert: ExpertName = "least_way"
 BLOCKS = ("move", "stop")
 _promises = {"see_either": 1.0, "reach": 1.0, "new_area": 0.03}
 """What makes a move worth doing, by feature, and how much of it."""
+_fading = 0.3
+"""What another look from the same place promises, of the look before."""
 _least_promise = 0.005
 _widest = 6.0
 """Standardised features count for no more: what is rare must not decide alone."""
@@ -120,11 +122,13 @@ class LinearCost:
         costs[1 : 1 + circumstances.following] -= self.settings.patience
         found, here = _first(features, "reach_found"), _first(features, "here") > 0
         promise = sum(share * _first(features, name) for name, share in _promises.items())
+        # A place that was tried often is left, whatever the weights say.
+        promise = promise * _fading ** _first(features, "tried")
         gains = np.clip(np.where(is_stop, found, promise), 0.0, 1.0)
         may_stop = here & (found >= self.settings.stop_above)
         worthwhile: Flags = np.where(is_stop, may_stop, gains >= _least_promise)
         # What was confirmed is the goal: it is declared, or gone to, before all else.
-        sure = worthwhile & (found >= self.settings.confirmed)
+        sure = np.where(is_stop, may_stop, True) & (found >= self.settings.confirmed)
         for due in (sure & is_stop, sure):
             if due.any():
                 worthwhile = due

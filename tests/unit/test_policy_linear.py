@@ -126,6 +126,17 @@ def test_a_move_that_shows_nothing_is_not_worthwhile():
     assert judged.costs[2] > judged.costs[np.array([1, 3, 4, 5])].max()
 
 
+@pytest.mark.parametrize(("tried", "worthwhile"), [(0.0, True), (2.0, True), (8.0, False)])
+def test_a_place_that_was_tried_often_is_left_whatever_the_weights_say(tried, worthwhile):
+    features = features_of(found=0.3)
+    features[1:, 0, names.index("reach_found")] = 0.3
+    features[1:, 0, names.index("tried")] = 0.0
+    features[2, 0, names.index("tried")] = tried
+    judged = cost_of(weights_of()).judge(features, NOW)
+    assert judged.worthwhile[2] == worthwhile
+    assert judged.worthwhile[np.array([1, 3, 4, 5])].all()
+
+
 def test_files_are_read_as_they_were_written(tmp_path):
     weights, features = weights_of(), features_of()
     save_linear(tmp_path / "w.json", weights)
