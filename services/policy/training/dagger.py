@@ -23,9 +23,6 @@ from services.runtime.provenance import git_revision
 
 _betas = (1.0, 0.3, 0.3)
 """How often the expert acts, by round; afterwards never."""
-_metres_per_success = 100.0
-"""One more success in a hundred episodes is worth one metre more in each of them."""
-
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share of it that is done, in [0, 1]."""
 
@@ -68,11 +65,6 @@ class Score(Struct, frozen=True, kw_only=True):
             f"distance {self.distance_m:.1f} m"
         )
 
-    @property
-    def merit(self) -> float:
-        """By which the best round is chosen."""
-        return self.success - self.distance_m / _metres_per_success
-
 
 class Round(Struct, frozen=True, kw_only=True):
     """One round of acting and learning."""
@@ -111,7 +103,12 @@ Keep = Callable[[LinearWeights], None]
 
 
 def train(settings: TrainSettings, progress: Progress, keep: Keep) -> Trained:
-    """All rounds; returns the weights of the best one on the validation worlds, not the last."""
+    """All rounds; returns the weights of the best one on the validation worlds, not the last.
+
+    The best has the least loss in the states that it gets itself into. Distances depend on where
+    things happened to be, so that few episodes say little; and the weights of a round in which
+    only the expert acted never met what a learner gets itself into, so they are not taken.
+    """
     with workforce(settings.workers) as workers:
         return _Training(settings, workers, progress, keep).run()
 
@@ -147,7 +144,8 @@ class _Training:
 
     @property
     def _best(self) -> int:
-        return int(np.argmax([one.validation.merit for one in self._rounds]))
+        met = [one for one in self._rounds if one.beta < 1] or self._rounds
+        return min(met, key=lambda one: one.validation.loss).number
 
     def _round(self, number: int) -> None:
         beta = _betas[number] if number < len(_betas) else 0.0
