@@ -124,9 +124,9 @@ def terrain_of(grid: OccupancyGrid, block: float = block_size) -> Terrain:
     resolution = step * grid.resolution
     occupancy = _in_blocks(grid.occupancy, step)
     looked = _in_blocks(grid.looked, step)
-    occupied: Flags = np.any(occupancy > _occupied_above, axis=(1, 3))
-    missed = np.exp(0.1 * looked.mean(axis=(1, 3)))
-    free_share = (occupancy < 0).mean(axis=(1, 3))
+    occupied: Flags = np.any(occupancy > _occupied_above, axis=0)
+    missed = np.exp(0.1 * looked.mean(axis=0))
+    free_share = (occupancy < 0).mean(axis=0)
     return Terrain(
         origin=np.array(grid.origin),
         resolution=resolution,
@@ -135,16 +135,16 @@ def terrain_of(grid: OccupancyGrid, block: float = block_size) -> Terrain:
         hides=_wide_parts(occupied, resolution),
         missed=missed,
         unlooked=free_share * (missed > _unlooked_above) * ~occupied * resolution**2,
-        known=(occupancy != 0).mean(axis=(1, 3)) >= _known_share,
+        known=(occupancy != 0).mean(axis=0) >= _known_share,
     )
 
 
 def _in_blocks(cells: NDArray[np.int8], step: int) -> NDArray[np.int8]:
-    """Shape (Y, step, X, step); what the last blocks lack is unknown."""
+    """Shape (step * step, Y, X), the cells of a block first; what the last ones lack is unknown."""
     rows, columns = (-(-size // step) for size in cells.shape)
     padded = np.zeros((rows * step, columns * step), np.int8)
     padded[: cells.shape[0], : cells.shape[1]] = cells
-    return padded.reshape(rows, step, columns, step)
+    return np.stack([padded[i::step, j::step] for i in range(step) for j in range(step)])
 
 
 def _clearance(occupied: Flags, resolution: float) -> Floats:

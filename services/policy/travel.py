@@ -6,10 +6,11 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from schemas.arrays import Floats
+from schemas.arrays import Flags, Floats
 from services.policy.terrain import Terrain
 
-_neighbours = ((0, 1), (1, 0), (1, 1), (1, -1))
+_neighbours = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1))
+"""Steps down and across, in the order of the indices they lead to."""
 
 
 @dataclass(frozen=True)
@@ -48,20 +49,24 @@ def travel_from(terrain: Terrain, start: Floats, radius: float) -> Travel:
     passable = (terrain.clearance >= radius) | (near & ~terrain.occupied)
     passable[row, column] = True
     first = int(np.ravel_multi_index((int(row), int(column)), passable.shape))
-    distance = csgraph.dijkstra(_graph(passable), directed=False, indices=first)
+    distance = csgraph.dijkstra(_graph(passable), indices=first)
     return Travel(start, terrain, terrain.resolution * np.reshape(distance, passable.shape))
 
 
-def _graph(passable: np.ndarray) -> sparse.csr_matrix:
-    rows, columns = passable.shape
-    index = np.arange(passable.size).reshape(passable.shape)
-    heads, tails, lengths = [], [], []
-    for down, across in _neighbours:
-        a = (slice(0, rows - down), slice(max(0, -across), columns - max(0, across)))
-        b = (slice(down, rows), slice(max(0, across), columns - max(0, -across)))
-        fits = passable[a] & passable[b]
-        heads.append(index[a][fits])
-        tails.append(index[b][fits])
-        lengths.append(np.full(int(fits.sum()), np.hypot(down, across)))
-    ends = (np.concatenate(heads), np.concatenate(tails))
-    return sparse.csr_matrix((np.concatenate(lengths), ends), shape=(index.size, index.size))
+def _graph(passable: Flags) -> sparse.csr_matrix:
+    """Steps between neighbours, both ways: the rows of a sparse matrix, written down directly."""
+    padded = np.pad(passable, 1)
+    columns = passable.shape[1]
+    fits = np.stack([_shifted(padded, *step) & passable for step in _neighbours], axis=-1)
+    index = np.arange(passable.size, dtype=np.int32)[:, None]
+    ends = index + np.array([down * columns + across for down, across in _neighbours], np.int32)
+    fits = fits.reshape(ends.shape)
+    lengths = np.broadcast_to(np.hypot(*np.transpose(_neighbours)), ends.shape)
+    starts = np.concatenate([[0], np.cumsum(fits.sum(axis=1))])
+    return sparse.csr_matrix((lengths[fits], ends[fits], starts), shape=(index.size, index.size))
+
+
+def _shifted(padded: Flags, down: int, across: int) -> Flags:
+    """What lies that many blocks down and across, from an array with a rim of one block."""
+    rows, columns = padded.shape
+    return padded[1 + down : rows - 1 + down, 1 + across : columns - 1 + across]
