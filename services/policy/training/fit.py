@@ -36,13 +36,14 @@ class State:
 class FitSettings:
     """Of the sub-gradient method."""
 
-    penalty: float = 1e-3
+    penalty: float = 3e-4
     """lambda of Eq. optimization-loss."""
-    step: float = 0.1
-    decay: float = 0.5
+    step: float = 0.05
+    decay: float = 0.7
     """gamma: alpha = step / (1 + t / constant)^gamma."""
     constant: float = 2000.0
-    epochs: int = 12
+    epochs: int = 100
+    """So many that the loss has settled, which takes seconds beside the minutes of acting."""
 
 
 @dataclass(frozen=True)
