@@ -54,6 +54,7 @@ def bench(
     seed: int = 0,
     json: bool = False,
     plot: Path | None = None,
+    keep: Path | None = None,
 ) -> int:
     """Run an experiment; our figures stand beside the paper's.
 
@@ -67,10 +68,12 @@ def bench(
         seed: decides every random choice.
         json: one JSON document on stdout.
         plot: folder for the document, the rows (CSV) and the figure (PNG).
+        keep: file for the result of every episode; those in it that the same revision of the code
+            made are not run again, so that what was interrupted goes on.
     """
     names = _chosen(name, runs, workers)
     address = _address(cluster)
-    reports = [_run(one, runs, workers, address, seed, plot) for one in names]
+    reports = [_run(one, runs, workers, address, seed, plot, keep) for one in names]
     if json:
         documents = [msgspec.to_builtins(report) for report in reports]
         print_json({"bench": ALL, "benches": documents} if name == ALL else documents[0])
@@ -108,6 +111,7 @@ def _run(
     cluster: str | None,
     seed: int,
     plot: Path | None,
+    keep: Path | None,
 ) -> "Report":
     from services.runtime.provenance import git_revision, machine_description
     from sim.experiments.report import Report, Settings
@@ -119,6 +123,7 @@ def _run(
         seed=seed,
         progress=lambda doing: say(f"{name}: {doing}"),
         cluster=cluster,
+        keep=keep,
     )
     started = time.monotonic()
     found = _function(wanted.measure)(settings)

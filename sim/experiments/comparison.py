@@ -6,7 +6,8 @@ import numpy as np
 from numpy.random import Generator
 
 from sim.experiments.arms import Arm
-from sim.experiments.montecarlo import Result, mean_interval
+from sim.experiments.montecarlo import mean_interval
+from sim.experiments.montecarlo_job import Result
 from sim.experiments.report import Better, Comparison
 
 Measured = tuple[str, str, Better, Callable[[Result], float]]

@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 from sim.experiments.arms import Arm
 from sim.experiments.montecarlo import (
-    Scenario,
     failures_of,
     jobs_of,
     mean_row,
@@ -17,6 +16,7 @@ from sim.experiments.montecarlo import (
     run_jobs,
     success_row,
 )
+from sim.experiments.montecarlo_job import Scenario
 from sim.experiments.perception_model import PerceptionSettings
 from sim.experiments.report import Outcome, Report, Row, Settings
 from sim.experiments.table1 import BEHIND, NEAREST

@@ -1,82 +1,23 @@
 """Many episodes: one for each arm and seed, every one counted."""
 
-import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from msgspec import Struct
 from numpy.random import Generator
 
 from schemas.run import RunConfig
 from schemas.task import Failure
 from sim.experiments.arms import Arm
 from sim.experiments.episode import Episode, Trial
+from sim.experiments.kept import Kept
+from sim.experiments.montecarlo_job import Job, Result, Scenario
 from sim.experiments.perception_model import PerceptionSettings
 from sim.experiments.report import RESAMPLES, Interval, Row, Settings, rate_row
 from sim.experiments.spread import finished
-from sim.scenes.object_relative import GOAL
 
 REACHED_M = 1.5
 """The paper's: a run succeeds if the robot stops this near the intended goal [m]."""
-
-
-PARTICLES = 100
-
-
-class Scenario(Struct, frozen=True, kw_only=True):
-    """One row of a table: what is asked for in which kind of world, and how far the robot sees."""
-
-    name: str
-    world: str
-    text: str
-    view_range_m: float
-    """0 is the robot's own camera."""
-    view_fov_rad: float = 2 * math.pi
-    """The paper names a range alone: it sees all round."""
-    robot: str = "husky"
-    goal: str = GOAL
-    """Id of what is meant."""
-    answers: bool = False
-    """Whether a simulated person answers the robot's first question."""
-
-
-@dataclass(frozen=True)
-class Job:
-    """One episode to be run."""
-
-    scenario: Scenario
-    arm: Arm
-    seed: int
-    perception: PerceptionSettings
-    particles: int = PARTICLES
-
-
-class Result(Struct, frozen=True, kw_only=True):
-    """What became of it."""
-
-    scenario: str
-    arm: Arm
-    seed: int
-    success: bool
-    at_class: bool
-    """Whether the robot declared the goal reached beside any object of the goal's class."""
-    failure: Failure | None
-    distance_m: float
-    shortest_m: float
-    time_s: float
-    decisions: int
-    log_sha256: str
-    questions: int = 0
-    """How many the robot asked."""
-
-    @property
-    def path_efficiency(self) -> float:
-        """Success weighted by path length (Anderson et al., 2018)."""
-        longest = max(self.distance_m, self.shortest_m, 1e-9)
-        return self.shortest_m / longest if self.success else 0.0
-
 
 Progress = Callable[[int, int, Result], None]
 """Called with (done, of, result) after every episode."""
@@ -123,10 +64,18 @@ def run_job(job: Job) -> Result:
 
 def run_jobs(jobs: Sequence[Job], settings: Settings, progress: Progress) -> list[Result]:
     """All results, in the order of the jobs."""
-    results: dict[int, Result] = {}
-    for number, result in finished(run_job, jobs, settings.workers, settings.cluster):
-        results[number] = result
-        progress(len(results), len(jobs), result)
+    kept = Kept(settings.keep) if settings.keep else None
+    found = {number: kept.result_of(job) for number, job in enumerate(jobs)} if kept else {}
+    results = {number: result for number, result in found.items() if result is not None}
+    left = [number for number in range(len(jobs)) if number not in results]
+    for done, (index, result) in enumerate(
+        finished(run_job, [jobs[number] for number in left], settings.workers, settings.cluster),
+        start=len(results) + 1,
+    ):
+        results[left[index]] = result
+        if kept:
+            kept.add(jobs[left[index]], result)
+        progress(done, len(jobs), result)
     return [results[number] for number in range(len(jobs))]
 
 

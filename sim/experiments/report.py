@@ -5,6 +5,7 @@ import io
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 import msgspec
@@ -90,6 +91,8 @@ class Settings:
     """Told what is being done."""
     cluster: str | None = None
     """Address of a Ray cluster that episodes are spread over, "" to start one; None is none."""
+    keep: Path | None = None
+    """File of the episodes' results, see `kept`; None keeps none."""
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,6 @@ from robots.husky.spec import HUSKY
 from sim.experiments.arms import BASELINES, Arm
 from sim.experiments.comparison import DISTANCE, EFFICIENCY, SUCCESS, compared
 from sim.experiments.montecarlo import (
-    PARTICLES,
-    Result,
-    Scenario,
     failures_of,
     jobs_of,
     mean_row,
@@ -24,6 +21,7 @@ from sim.experiments.montecarlo import (
     run_jobs,
     success_row,
 )
+from sim.experiments.montecarlo_job import PARTICLES, Result, Scenario
 from sim.experiments.perception_model import PerceptionSettings
 from sim.experiments.report import Comparison, Outcome, Report, Row, Settings, rate_row
 from sim.slip import SLIP_DEVIATION

@@ -17,16 +17,8 @@ from robots.wheelchair.spec import WHEELCHAIR
 from schemas.arrays import Floats
 from sim.experiments.arms import Arm
 from sim.experiments.comparison import DISTANCE, EFFICIENCY, SUCCESS, Measured, compared
-from sim.experiments.montecarlo import (
-    PARTICLES,
-    Result,
-    Scenario,
-    failures_of,
-    jobs_of,
-    mean_interval,
-    progress_lines,
-    run_jobs,
-)
+from sim.experiments.montecarlo import failures_of, jobs_of, mean_interval, progress_lines, run_jobs
+from sim.experiments.montecarlo_job import PARTICLES, Result, Scenario
 from sim.experiments.perception_model import PerceptionSettings
 from sim.experiments.report import (
     RESAMPLES,

@@ -4,7 +4,8 @@ import pytest
 
 from schemas.run import RunConfig
 from sim.experiments.episode import run_episode
-from sim.experiments.montecarlo import Job, run_job
+from sim.experiments.montecarlo import run_job
+from sim.experiments.montecarlo_job import Job
 from sim.experiments.perception_model import PerceptionSettings
 from sim.experiments.table2 import SCENARIOS, TEXT
 

@@ -10,9 +10,6 @@ from schemas.task import Failure
 from sim.experiments.arms import BASELINES, Arm
 from sim.experiments.fov import RANGES_M, RELATIONS, seen_to
 from sim.experiments.montecarlo import (
-    Job,
-    Result,
-    Scenario,
     failures_of,
     jobs_of,
     mean_row,
@@ -20,6 +17,7 @@ from sim.experiments.montecarlo import (
     run_jobs,
     success_row,
 )
+from sim.experiments.montecarlo_job import Job, Result, Scenario
 from sim.experiments.perception_model import PerceptionSettings
 from sim.experiments.report import Settings
 from sim.experiments.spread import LOCAL

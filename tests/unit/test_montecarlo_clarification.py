@@ -10,7 +10,8 @@ from schemas.language import Annotations, Answer, Instruction
 from services.mapping.annotations import readings_of
 from services.mapping.filter import SemanticFilter
 from sim.experiments.arms import Truthful
-from sim.experiments.montecarlo import Job, run_job
+from sim.experiments.montecarlo import run_job
+from sim.experiments.montecarlo_job import Job
 from sim.experiments.perception_model import PerceptionSettings
 from sim.experiments.simulated_user import SimulatedUser
 from sim.experiments.table1 import CLARIFIED

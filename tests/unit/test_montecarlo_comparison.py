@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from sim.experiments.comparison import DISTANCE, EFFICIENCY, SUCCESS, compared
-from sim.experiments.montecarlo import Result
+from sim.experiments.montecarlo_job import Result
 from tests.unit.test_montecarlo import GOOD, LOST
 
 

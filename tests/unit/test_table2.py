@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from schemas.task import Failure
-from sim.experiments.montecarlo import Result
+from sim.experiments.montecarlo_job import Result
 from sim.experiments.report import Report
 from sim.experiments.table2 import SCENARIOS, TITLES, draw, rows_of
 

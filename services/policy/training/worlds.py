@@ -6,7 +6,7 @@ does not have. Evaluation uses seeds from 20000 on, so nothing here is met again
 
 from msgspec import Struct
 
-from sim.experiments.montecarlo import Scenario
+from sim.experiments.montecarlo_job import Scenario
 from sim.experiments.table1 import BEHIND, NEAREST, NULL, ROWS
 from sim.scenes.object_relative import GOAL
 from sim.world import make_world
