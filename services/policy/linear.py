@@ -138,16 +138,34 @@ class LinearCost:
 
     def costs(self, features: Floats, words: Words) -> Floats:
         """W^T F (C,) of features (C, K or more, D), before what is not learned."""
-        block = stops(features).astype(np.intp)
+        is_stop = stops(features)
         own = features[:, : self.moments, self.columns]
-        standard = standardised(own, self.mean[block], self.deviation[block])
+        standard = standardised(own, is_stop, self.mean, self.deviation)
         weights = self.weights.get(words, self.weights["any"])
-        return np.einsum("ckd,ckd->c", standard, weights[block])
+        return np.einsum("ckd,ckd->c", standard, weights[is_stop.astype(np.intp)])
 
 
-def standardised(features: NDArray[np.floating], mean: Floats, deviation: Floats) -> Floats:
-    """Features as deviations from the mean; all of one shape."""
-    return np.clip((features - mean) / deviation, -_widest, _widest)
+def standardised(
+    features: NDArray[np.floating], is_stop: Flags, mean: Floats, deviation: Floats
+) -> Floats:
+    """Features (C, K, D) of one decision as deviations from the mean, within limits.
+
+    Late in a long search every way is longer than any that was learned from. What is common to all
+    moves is limited apart from what sets them off against one another: else they came out alike.
+
+    Args:
+        features: of C candidates.
+        is_stop: (C,)
+        mean: (2, K, D) of moves and stops.
+        deviation: likewise.
+    """
+    block = is_stop.astype(np.intp)
+    standard = (features - mean[block]) / deviation[block]
+    if is_stop.all():
+        return np.clip(standard, -_widest, _widest)
+    common = np.median(standard[~is_stop], axis=0) * ~is_stop[:, None, None]
+    limited = [np.clip(part, -_widest, _widest) for part in (common, standard - common)]
+    return limited[0] + limited[1]
 
 
 def stops(features: NDArray[np.floating]) -> Flags:

@@ -182,3 +182,22 @@ def test_weights_in_the_tree_go_with_the_features_that_exist():
         for path in folder.glob(f"*.{expert}*.json"):
             if path.suffixes[-2] != ".report":
                 assert load_linear(path).settings.provenance.expert == expert
+
+
+def test_moves_are_told_apart_however_long_all_ways_are():
+    cost, near = cost_of(weights_of()), features_of()
+    far = near.copy()
+    far[1:, 0, names.index("way")] += 500.0
+    near_costs, far_costs = cost.costs(near, "relation"), cost.costs(far, "relation")
+    np.testing.assert_allclose(np.diff(near_costs[1:]), np.diff(far_costs[1:]), atol=1e-9)
+    assert near_costs[0] == pytest.approx(far_costs[0])
+
+
+def test_one_strange_candidate_does_not_cost_without_limit():
+    cost, usual = cost_of(weights_of()), features_of(count=9)
+    strange, stranger = usual.copy(), usual.copy()
+    strange[4, 0, names.index("way")] += 500.0
+    stranger[4, 0, names.index("way")] += 5000.0
+    np.testing.assert_allclose(
+        cost.costs(strange, "relation"), cost.costs(stranger, "relation"), atol=1e-9
+    )

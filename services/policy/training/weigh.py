@@ -137,12 +137,12 @@ def states_of(decisions: Sequence[Decision], standard: Standard) -> list[State]:
 
 
 def _state(decision: Decision, standard: Standard) -> State:
-    block = stops(decision.features).astype(np.intp)
+    is_stop = stops(decision.features)
     own = decision.features[:, : standard.moments]
-    values = standardised(own, standard.mean[block], standard.deviation[block])
+    values = standardised(own, is_stop, standard.mean, standard.deviation)
     return State(
         values=values.reshape(len(values), -1).astype(np.float32),
-        block=block,
+        block=is_stop.astype(np.intp),
         label=decision.label,
         margin=decision.margin,
     )
