@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.perception.detector import Boxes
+from services.perception.boxes import Boxes
 from services.perception.training.evaluation import (
     Labelled,
     average_precision,
@@ -19,7 +19,8 @@ BOXES = np.array([[0, 0, 10, 10], [20, 0, 30, 10], [40, 40, 60, 80.0]])
 
 
 def found(boxes: np.ndarray, classes: list[int], scores: list[float]) -> Boxes:
-    return Boxes(boxes, np.array(scores), np.eye(3)[classes])
+    rows = np.eye(3)[classes]
+    return Boxes(boxes, np.array(scores), rows, rows)
 
 
 def test_overlap_is_one_with_itself_and_symmetric():

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from schemas.arrays import Flags, Floats, Ints
-from services.perception.detector import Boxes
+from services.perception.boxes import Boxes
 
 overlap_thresholds: tuple[float, ...] = tuple(np.arange(0.5, 0.96, 0.05).round(2).tolist())
 
@@ -74,8 +74,7 @@ def near_only(picture: Labelled) -> Labelled:
     small = picture.true_boxes[~near]
     on_small = (overlap_matrix(found.corners_px, small) >= 0.5).any(axis=1)
     kept = _is_near(found.corners_px) & ~on_small
-    boxes = Boxes(found.corners_px[kept], found.scores[kept], found.class_scores[kept])
-    return Labelled(boxes, picture.true_boxes[near], picture.true_classes[near])
+    return Labelled(found.selected(kept), picture.true_boxes[near], picture.true_classes[near])
 
 
 def _is_near(boxes: Floats) -> Flags:

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from services.perception.errors import PerceptionError
+from services.perception.errors import MissingFramesError
 from services.perception.picture import padding_value
 
 least_side = 3.0
@@ -38,11 +38,13 @@ def read_frames(folder: Path) -> list[Frame]:
     """All complete shards of a data set, pictures in memory.
 
     Raises:
-        PerceptionError: there is no shard, or a picture is missing.
+        MissingFramesError: there is no shard, or a picture is missing.
     """
     shards = sorted((folder / "shards").glob("??????.npz"))
     if not shards:
-        raise PerceptionError(f"no training pictures in {folder}: expected shards/000000.npz there")
+        raise MissingFramesError(
+            f"no training pictures in {folder}: expected shards/000000.npz there"
+        )
     frames: list[Frame] = []
     for shard in shards:
         with np.load(shard) as arrays:
@@ -84,7 +86,7 @@ _fill = (padding_value, padding_value, padding_value)
 def _read_picture(path: Path) -> NDArray[np.uint8]:
     picture = cv2.imread(str(path), cv2.IMREAD_COLOR_RGB)
     if picture is None:
-        raise PerceptionError(f"cannot read the training picture {path}")
+        raise MissingFramesError(f"cannot read the training picture {path}")
     return np.asarray(picture, np.uint8)
 
 
