@@ -27,6 +27,9 @@ class DetectorCard(Struct, frozen=True, kw_only=True):
     """How the training pictures were made."""
     training_frames: int
     validation_frames: int
+    """Threshold and calibration were fitted to these."""
+    test_frames: int = 0
+    """The figures are of these."""
     seed: int
     pictures_seen: int
     """In training, augmented ones counted anew."""
@@ -37,8 +40,18 @@ class DetectorCard(Struct, frozen=True, kw_only=True):
     """Mean over the overlaps 0.5, 0.55 ... 0.95."""
     average_precision50: dict[str, float]
     """Of each class, at an overlap of 0.5."""
+    average_precision50_95: dict[str, float] = {}
+    """Of each class, the mean over the overlaps."""
     near_average_precision50: dict[str, float]
-    """The same without objects of less than `near_side` pixels, which are out of depth range."""
+    """At an overlap of 0.5, of objects of at least `near_side` pixels; others have no depth."""
+    precision: float = 0.0
+    """Share of the boxes that reach the working threshold that are right."""
+    recall: float = 0.0
+    """Share of the objects that are found at the working threshold."""
+    empty_frames: int = 0
+    """Pictures of other things alone."""
+    false_per_hundred: float = 0.0
+    """Boxes that reach the working threshold in a hundred of those."""
     calibration: Calibration
     reliability: tuple[ReliabilityBin, ...]
     """Of the probability of the named class, on pictures that took no part in fitting it."""

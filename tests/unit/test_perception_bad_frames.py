@@ -107,7 +107,7 @@ def test_a_frame_cut_short_on_the_wire_never_reaches_the_node():
 def test_a_run_with_a_network_that_cannot_be_used_does_not_start(tmp_path: Path):
     broken = tmp_path / "broken.onnx"
     broken.write_bytes(b"\x08\x07 not a network")
-    with pytest.raises(DetectorFileError, match="broken.onnx"):
+    with pytest.raises(DetectorFileError, match=r"broken\.onnx"):
         PerceptionNode(RunConfig(detectors=(str(broken),)), np.random.default_rng(0))
 
 
