@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from services.perception.boxes import Boxes, any_overlap, class_overlap, likely, suppressed
@@ -72,6 +72,7 @@ def test_nothing_found_is_a_result():
     assert found.classes.shape == (0,)
 
 
+@settings(deadline=None)
 @given(seed=st.integers(0, 2**31), count=st.integers(1, 30))
 def test_survivors_do_not_overlap_and_the_best_stays(seed: int, count: int):
     boxes = random_boxes(seed, count)
@@ -84,6 +85,7 @@ def test_survivors_do_not_overlap_and_the_best_stays(seed: int, count: int):
     assert all(a >= b for a, b in pairwise(kept.scores.tolist()))
 
 
+@settings(deadline=None)
 @given(seed=st.integers(0, 2**31), count=st.integers(1, 30))
 def test_suppressing_twice_changes_nothing(seed: int, count: int):
     once = suppressed(random_boxes(seed, count))

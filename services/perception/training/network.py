@@ -83,8 +83,11 @@ class Head(nn.Module):
         self.box_branch, self.class_branch = Convolution(width, width), Convolution(width, width)
         self.box = nn.Conv2d(width, 4 * bins, 1)
         self.classes = nn.Conv2d(width, classes, 1)
-        # One cell in a hundred holds an object: without this the first steps only unlearn.
-        nn.init.constant_(cast(Tensor, self.classes.bias), -4.6)
+        # One score in a thousand is of an object, and most boxes are a few strides wide: without
+        # this the first steps only unlearn.
+        nn.init.constant_(cast(Tensor, self.classes.bias), -6.9)
+        with torch.no_grad():
+            cast(Tensor, self.box.bias).copy_(-0.4 * torch.arange(bins).float().repeat(4))
 
     def forward(self, x: Tensor) -> Tensor:
         """(B, H*W, 4 * bins + C)."""
