@@ -1,6 +1,6 @@
 """Boxes in a picture, and how of several on one object one is left."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -8,11 +8,14 @@ import numpy as np
 from schemas.arrays import Flags, Floats, Ints
 from services.perception.calibration import Calibration
 from services.perception.decoding import Predictions
+from services.perception.picture import Fit
 
 class_overlap = 0.5
 """Of two boxes of one class that overlap by more than this (IoU) the lower score goes."""
 any_overlap = 0.8
 """The same for boxes of different classes: one object, whose distribution already doubts."""
+_least_side = 1.0
+"""Of a box; what is left of one beside the picture is thinner [px]."""
 
 
 @dataclass(frozen=True)
@@ -40,12 +43,20 @@ class Boxes:
 
 
 def likely(predictions: Predictions, threshold: float, calibration: Calibration) -> Boxes:
-    """Predictions that reach the threshold, best first."""
+    """Predictions that reach the threshold, best first; what is no number is left out."""
     kept = np.flatnonzero(predictions.scores >= threshold)
+    kept = kept[np.isfinite(predictions.corners[kept]).all(axis=1)]
     kept = kept[np.argsort(-predictions.scores[kept], kind="stable")]
     scores, class_scores = predictions.scores[kept], predictions.class_scores[kept]
     probabilities = calibration.distribution(scores, class_scores)
     return Boxes(predictions.corners[kept], scores, class_scores, probabilities)
+
+
+def in_picture(boxes: Boxes, fit: Fit) -> Boxes:
+    """Boxes of the network's input as boxes of the picture, without those beside it."""
+    moved = replace(boxes, corners_px=fit.to_picture(boxes.corners_px))
+    sides = moved.corners_px[:, 2:] - moved.corners_px[:, :2]
+    return moved.selected((sides >= _least_side).all(axis=1))
 
 
 def suppressed(boxes: Boxes) -> Boxes:

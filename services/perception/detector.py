@@ -1,7 +1,6 @@
 """Boxes in a camera picture, by a network that OpenCV runs on one core."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +9,11 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from services.perception.boxes import Boxes, likely, suppressed
+from services.perception.boxes import Boxes, in_picture, likely, suppressed
 from services.perception.calibration import Calibration
+from services.perception.card import read_card
 from services.perception.decoding import Decoder
-from services.perception.errors import DetectorFileError, MissingWeightsError
+from services.perception.errors import DetectorFileError
 from services.perception.layouts import Layout, Outputs, Recognised, recognised
 from services.perception.picture import Preprocessing
 from services.perception.reading import read_network_file
@@ -78,11 +78,9 @@ class Detector:
         class_file: Path | None = None,
         threshold: float | None = None,
     ) -> None:
-        if weights == default_weights and not weights.is_file():
-            raise MissingWeightsError(
-                f"the detector needs {weights}, which is missing; "
-                "`incognita train detector` makes it"
-            )
+        if weights == default_weights:
+            # Without its card it would be taken for a stranger's.
+            read_card(weights)
         self._reading = read_network_file(weights, class_file)
         said = self._reading.sidecar
         self.threshold = threshold or said.threshold or usual_threshold
@@ -125,7 +123,7 @@ class Detector:
         shown = self._shown_at(width, height)
         decode = Decoder(self._found, len(self.classes), shown.width, shown.height)
         boxes = likely(decode(outputs), self.threshold, self.calibration)
-        boxes = replace(boxes, corners_px=shown.fit(width, height).to_picture(boxes.corners_px))
+        boxes = in_picture(boxes, shown.fit(width, height))
         return boxes if self._found.layout is Layout.END_TO_END else suppressed(boxes)
 
     def _shown_at(self, width: int, height: int) -> Preprocessing:

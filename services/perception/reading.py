@@ -6,6 +6,7 @@ from typing import Any
 
 import msgspec
 
+from services.perception.card import card_path
 from services.perception.class_names import names_in_metadata, read_class_names
 from services.perception.errors import DetectorFileError
 from services.perception.layouts import Layout, Question
@@ -146,7 +147,14 @@ def _fixed_size(weights: Path, port: Port, sidecar: Sidecar) -> tuple[int, int] 
                 f"{weights} takes {port}, but the file beside it says that its {side} is {said} px"
             )
     size = width or sidecar.width, height or sidecar.height
-    return None if size[0] is None or size[1] is None else (size[0], size[1])
+    if size[0] is not None and size[1] is not None:
+        return size[0], size[1]
+    if size != (None, None):
+        raise DetectorFileError(
+            f"{weights} takes {port}: one side is fixed and one is free; "
+            f"say both in {card_path(weights).name} beside it"
+        )
+    return None
 
 
 def _rounded_up(side: float) -> int:

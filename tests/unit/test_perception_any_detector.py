@@ -51,6 +51,19 @@ def test_class_scores_of_an_export_that_says_its_names(tmp_path: Path):
     assert "class_scores" in detector.description
 
 
+def test_what_is_no_number_or_beside_the_picture_is_no_box(tmp_path: Path):
+    path = tmp_path / "network.onnx"
+    rows = table(
+        (float("nan"), 30, 20, 10, 0.9, 0.1),
+        (40, -60, 20, 10, 0.9, 0.1),
+        (2, 50, 20, 10, 0.8, 0.1),
+        columns=6,
+    )
+    answering(path, {"output0": rows}, metadata={"names": "['a', 'b']"})
+    found = Detector(path).detect(RED)
+    np.testing.assert_allclose(found.corners_px, [[0, 45, 12, 55]], atol=1e-3)
+
+
 @pytest.mark.parametrize(
     ("columns", "count", "color", "scale"),
     [(6, CELLS, "rgb", 1 / 255), (7, 3 * CELLS, "rgb", 1 / 255), (7, CELLS, "bgr", 1.0)],
@@ -239,6 +252,12 @@ def test_operators_that_opencv_does_not_know_are_refused(tmp_path: Path):
 def test_other_outputs_are_refused_with_their_shape(tmp_path: Path):
     path = broken(tmp_path / "picture.onnx", [node("Relu", "picture", "output0")])
     with pytest.raises(DetectorFileError, match=r"\(1, 3, 96, 128\).*known are"):
+        Detector(path, names(tmp_path, "a"))
+
+
+def test_one_free_side_must_be_said(tmp_path: Path):
+    path = broken(tmp_path / "half.onnx", [node("Relu", "picture", "output0")], (1, 3, "h", 128))
+    with pytest.raises(DetectorFileError, match=r"say both in half\.json"):
         Detector(path, names(tmp_path, "a"))
 
 

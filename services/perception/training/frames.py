@@ -5,7 +5,6 @@ A data set is a folder with `frames/000000.jpg ...` (RGB) and `shards/*.npz`, ea
 `classes` (ids) and, optionally, `ignored`. The simulator writes this; anything else may.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -47,11 +46,6 @@ def read_frames(folder: Path) -> list[Frame]:
             color = _read_picture(folder / "frames" / f"{len(frames):06d}.jpg")
             frames.append(Frame(color, boxes, classes, ignored))
     return frames
-
-
-def smallest_class_count(frames: Sequence[Frame]) -> int:
-    """Number of classes that the labels need at least."""
-    return 1 + max((int(frame.classes.max(initial=-1)) for frame in frames), default=-1)
 
 
 def _labels(

@@ -8,6 +8,7 @@ import matplotlib as mpl
 import msgspec
 import numpy as np
 import torch
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from msgspec import Struct
 
@@ -105,7 +106,7 @@ def draw_reliability(card: DetectorCard, path: Path) -> None:
         figure.savefig(path, dpi=120, metadata={"Software": None})
 
 
-def _draw_bins(upper, lower, table: Sequence[ReliabilityBin]) -> None:
+def _draw_bins(upper: Axes, lower: Axes, table: Sequence[ReliabilityBin]) -> None:
     given = [row.probability for row in table]
     upper.plot(given, [row.frequency for row in table], "o-", color="C0", label="measured")
     lower.bar(given, [row.count for row in table], width=0.06, color="C0")

@@ -83,20 +83,25 @@ def train_detector(
     training, checkpoint = Training(recipe.classes, recipe.seed), data_dir / "checkpoint.pt"
     if resume and checkpoint.exists():
         training.load(checkpoint)
-    _learn(
-        training, sets["train"], Budget(epochs * len(sets["train"]), minutes), checkpoint, progress
-    )
+    budget = Budget(epochs * len(sets["train"]), minutes)
+    _learn(training, sets["train"], budget, checkpoint, progress)
     out_dir.mkdir(parents=True, exist_ok=True)
-    weights = out_dir / "detector.onnx"
-    export_network(training.average.cpu(), weights)
-    card = _unmeasured(training, weights, recipe, len(sets["train"]))
-    card = measured(card, weights, HeldOut(sets["val"], sets["test"], sets["empty"]))
+    card = _card(training, recipe, sets, out_dir / "detector.onnx")
     data = {
         name: data_set(data_dir / name, frames, recipe.classes) for name, frames in sets.items()
     }
     report = training_report(card, data, str(training.device), training.cpu_s, training.losses)
     write_report(report, out_dir)
     return msgspec.to_builtins(card)
+
+
+def _card(
+    training: Training, recipe: Recipe, sets: dict[str, list[Frame]], weights: Path
+) -> DetectorCard:
+    """Write weights and card, which says how good OpenCV is with them."""
+    export_network(training.average.cpu(), weights)
+    card = _unmeasured(training, weights, recipe, len(sets["train"]))
+    return measured(card, weights, HeldOut(sets["val"], sets["test"], sets["empty"]))
 
 
 def _learn(
