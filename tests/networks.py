@@ -45,20 +45,27 @@ def answering(
 
 
 def convolving(path: Path, channels: int, metadata: Mapping[str, str] | None = None) -> list:
-    """Write a network of any size: (1, channels, N), one random convolution for each stride.
+    """Write a network of any size: (1, channels, N), one convolution for each stride.
 
-    Returns weights (channels, 3, stride, stride) by stride.
+    Every cell answers with the same box, 15 15 25 25 in the input, and with random scores of what
+    it is shown. Returns weights (channels, 3, stride, stride) by stride.
     """
     rng = np.random.default_rng(1)
-    nodes, stored, weights = [], [numpy_helper.from_array(np.array([1, channels, -1]), "row")], []
+    box = np.array([20, 20, 10, 10] + [0] * (channels - 4), np.float32)
+    stored = [
+        numpy_helper.from_array(np.array([1, channels, -1]), "row"),
+        numpy_helper.from_array(box, "box"),
+    ]
+    nodes, weights = [], []
     for stride in (8, 16, 32):
         kernel = rng.normal(size=(channels, 3, stride, stride)).astype(np.float32) / stride
+        kernel[:4] = 0
         weights.append(kernel)
         stored.append(numpy_helper.from_array(kernel, f"kernel{stride}"))
         nodes += [
             helper.make_node(
                 "Conv",
-                ["picture", f"kernel{stride}"],
+                ["picture", f"kernel{stride}", "box"],
                 [f"map{stride}"],
                 strides=[stride, stride],
                 kernel_shape=[stride, stride],

@@ -56,7 +56,7 @@ def in_picture(boxes: Boxes, fit: Fit) -> Boxes:
     """Boxes of the network's input as boxes of the picture, without those beside it."""
     moved = replace(boxes, corners_px=fit.to_picture(boxes.corners_px))
     sides = moved.corners_px[:, 2:] - moved.corners_px[:, :2]
-    return moved.selected((sides >= _least_side).all(axis=1))
+    return moved.selected(np.flatnonzero(sides.min(axis=1) >= _least_side).astype(np.int32))
 
 
 def suppressed(boxes: Boxes) -> Boxes:

@@ -137,8 +137,8 @@ def _with_objectness(rows: NDArray[np.float32], boxes_a_cell: int, ask: Question
     centers, strides = cell_grid(_strides(len(rows), ask), ask.width, ask.height)
     off = np.median(np.abs(rows[:, :2] - centers) / strides)
     measured = Layout.OBJECTNESS if off < _decoded_within else Layout.CELL_OFFSETS
-    choice = (Layout.OBJECTNESS, Layout.CELL_OFFSETS)
-    return Recognised(ask.said if ask.said in choice else measured, logits=logits)
+    said = ask.said if ask.said in (Layout.OBJECTNESS, Layout.CELL_OFFSETS) else None
+    return Recognised(said or measured, logits=logits)
 
 
 def _maps(outputs: Outputs, question: Question) -> Recognised:

@@ -88,15 +88,16 @@ def test_each_family_is_shown_what_it_was_trained_on(
 
 @pytest.mark.parametrize("size", [(128, 96), (320, 240), (64, 200), (131, 77)])
 def test_boxes_come_back_to_the_picture_through_the_letterbox(tmp_path: Path, size):
-    """A dynamic export answers, for each cell, with the brightest spot it is shown."""
     path = tmp_path / "dynamic.onnx"
     convolving(path, 6, {"names": "['a', 'b']", "imgsz": "[128, 128]"})
     width, height = size
-    detector = Detector(path, threshold=1e-6)
-    found = detector.detect(np.full((height, width, 3), 80, np.uint8))
-    assert len(found.scores)
-    assert (found.corners_px >= 0).all()
-    assert (found.corners_px <= [width, height, width, height]).all()
+    shrunk = min(1.0, 128 / max(size))
+    shown = [32 * -int(-side * shrunk // 32) for side in size]
+    scale = min(shown[0] / width, shown[1] / height)
+    x, y = ((side - round(own * scale)) // 2 for side, own in zip(shown, size, strict=True))
+    expected = [(15 - x) / scale, (15 - y) / scale, (25 - x) / scale, (25 - y) / scale]
+    found = Detector(path, threshold=1e-6).detect(np.full((height, width, 3), 80, np.uint8))
+    np.testing.assert_allclose(found.corners_px[0], expected, atol=1e-3)
 
 
 def test_a_dynamic_export_is_run_at_the_size_of_the_picture(tmp_path: Path):

@@ -65,12 +65,14 @@ class WeightRow:
     ) -> ConvolutionWeights:
         """Weights of the next convolution."""
         bias = self._take(filters)
-        scale, mean, variance = (self._take(filters) for _ in range(3)) if normalised else [0] * 3
+        if normalised:
+            scale, mean, variance = (self._take(filters) for _ in range(3))
+            factor = (scale / np.sqrt(variance + _epsilon)).astype(np.float32)
+            bias = (bias - mean * factor).astype(np.float32)
+        else:
+            factor = np.ones(filters, np.float32)
         kernel = self._take(filters * channels * size**2).reshape(filters, channels, size, size)
-        if not normalised:
-            return ConvolutionWeights(kernel, bias)
-        factor = scale / np.sqrt(variance + _epsilon)
-        return ConvolutionWeights(kernel * factor[:, None, None, None], bias - mean * factor)
+        return ConvolutionWeights(kernel * factor[:, None, None, None], bias)
 
     def require_used_up(self) -> None:
         """Refuse weights that the cfg had no layer for: they are of another network."""

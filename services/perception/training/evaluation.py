@@ -139,7 +139,7 @@ def _one_class(pictures: Sequence[Labelled], index: int, threshold: float) -> fl
 
 def _excused(found: Floats, ignored: Floats) -> Flags:
     """(N,) whether a box is on an object that need not be found."""
-    return (overlap_matrix(found, ignored) >= on_ignored).any(axis=1)
+    return overlap_matrix(found, ignored).max(axis=1, initial=0.0) >= on_ignored
 
 
 def _is_near(boxes: Floats) -> Flags:
