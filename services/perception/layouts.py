@@ -29,7 +29,7 @@ from services.perception.errors import DetectorFileError
 
 Outputs = Sequence[NDArray[np.float32]]
 
-stride_sets = ((8, 16, 32), (16, 32), (8, 16, 32, 64), (4, 8, 16, 32), (4, 8, 16), (32,))
+stride_sets = ((8, 16, 32), (16, 32), (8, 16, 32, 64), (4, 8, 16, 32), (4, 8, 16))
 """Of the maps of usual networks [px]."""
 _decoded_within = 4.0
 """Decoded boxes of a grey picture lie about their cells, at most so many strides off."""
@@ -110,7 +110,8 @@ def _table(output: NDArray[np.float32], question: Question) -> Recognised:
     rows, columns = output.shape[1:]
     counts = _counts(question)
     end_to_end = question.end_to_end or question.said is Layout.END_TO_END
-    if columns == 6 and (end_to_end or rows not in counts):
+    # With one class or two, six columns may be something else; the number of rows tells.
+    if columns == 6 and (end_to_end or rows not in counts or question.classes > 2):
         return Recognised(Layout.END_TO_END)
     if columns in counts and rows not in counts:
         return _boxes_as_columns(output, question)

@@ -135,6 +135,11 @@ def test_end_to_end_without_rows():
     assert read([output], recognised([output], question())).corners.shape == (0, 4)
 
 
+def test_six_columns_of_many_classes_are_end_to_end_whatever_the_number_of_rows():
+    output = np.zeros((1, CELLS, 6), np.float32)
+    assert recognised([output], question()).layout is Layout.END_TO_END
+
+
 def test_one_class_with_objectness_is_not_taken_for_end_to_end_unless_the_file_says_so():
     table = rows(3 * CELLS, classes=1)[None]
     assert recognised([table], question(classes=1)).layout is Layout.OBJECTNESS
