@@ -19,6 +19,10 @@ class RunConfig(Struct, frozen=True, kw_only=True):
     """Radius of the field of view that an experiment gives the robot; 0 is its own camera's."""
     view_fov_rad: float = 0.0
     """Width of that field of view; not used while `view_range_m` is 0."""
+    detectors: tuple[str, ...] = ()
+    """ONNX files of the networks that find objects in pictures; none is the one trained here."""
+    detector_classes: tuple[str, ...] = ()
+    """Files with the names of their classes, one for each; none if they say them themselves."""
     web_port: int = 8080
     web_token: str = ""
     """Secret in the page's address; "" lets the page make one up. Never recorded."""

@@ -6,9 +6,11 @@ from typing import Literal
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from schemas.errors import UserError
 from schemas.run import RunConfig
 from schemas.task import InstructionStatus
 from services.commands import exit_codes
+from services.commands.detectors import chosen
 from services.commands.output import print_json
 
 Arm = Literal["ours", "known", "without_language", "frontier"]
@@ -22,6 +24,8 @@ def episode(
     seed: int = 0,
     particles: int = 100,
     log: Path | None = None,
+    detector: tuple[Path, ...] = (),
+    classes: tuple[Path, ...] = (),
     json: bool = False,
 ) -> int:
     """One episode in lockstep, as fast as it computes.
@@ -36,6 +40,8 @@ def episode(
         seed: decides the world, the noise and every random choice.
         particles: number of map hypotheses.
         log: MCAP file to write.
+        detector: ONNX files of other networks that find objects; several work as one.
+        classes: a file with the class names of each, where they do not say them themselves.
         json: one JSON document on stdout.
     """
     from robots.catalogue import get_robot
@@ -45,9 +51,22 @@ def episode(
     get_robot(robot)
     make_world(world, seed)
     vulkan.activate()
-    from sim.experiments.episode import run_episode
+    from sim.experiments.episode import DRAWN, run_episode
 
-    run = RunConfig(robot=robot, world=world, seed=seed, particles=particles)
+    if detector and robot not in DRAWN:
+        raise UserError(
+            f"--detector looks at pictures, and those of {robot} cannot be drawn yet; "
+            f"allowed with it: --robot {' or '.join(sorted(DRAWN))}"
+        )
+    detectors, detector_classes = chosen(detector, classes)
+    run = RunConfig(
+        robot=robot,
+        world=world,
+        seed=seed,
+        particles=particles,
+        detectors=detectors,
+        detector_classes=detector_classes,
+    )
     console = Console(stderr=True)
     with Progress(
         SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=console

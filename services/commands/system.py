@@ -9,6 +9,7 @@ import tyro
 from schemas.errors import MissingComponentError, UserError
 from schemas.run import RunConfig
 from schemas.task import InstructionStatus, TaskState
+from services.commands.detectors import chosen
 from services.commands.exit_codes import of_status
 from services.commands.output import say
 from services.process_table import process_named
@@ -30,6 +31,8 @@ def up(
     say: str | None = None,
     exit_when_done: bool = False,
     realm: str = "default",
+    detector: tuple[Path, ...] = (),
+    classes: tuple[Path, ...] = (),
 ) -> int:
     """Start a system and supervise it until Ctrl-C.
 
@@ -44,6 +47,8 @@ def up(
         say: an instruction to send when everything is ready.
         exit_when_done: end with that instruction, and with its exit code.
         realm: isolates parallel systems on this machine.
+        detector: ONNX files of other networks that find objects; several work as one.
+        classes: a file with the class names of each, where they do not say them themselves.
     """
     from robots.catalogue import get_robot
     from sim.node import require_pictures
@@ -54,8 +59,16 @@ def up(
     make_world(world, seed)
     if exit_when_done and not say:
         raise UserError("--exit-when-done needs an instruction: add --say TEXT")
+    detectors, detector_classes = chosen(detector, classes)
     run = RunConfig(
-        robot=robot, world=world, seed=seed, particles=particles, realm=realm, web_port=port
+        robot=robot,
+        world=world,
+        seed=seed,
+        particles=particles,
+        realm=realm,
+        detectors=detectors,
+        detector_classes=detector_classes,
+        web_port=port,
     )
     return _serve(run, not no_web, not no_record, say, exit_when_done)
 
@@ -69,6 +82,8 @@ def demo(
     port: int = 8080,
     exit_when_done: bool = False,
     realm: str = "default",
+    detector: tuple[Path, ...] = (),
+    classes: tuple[Path, ...] = (),
 ) -> int:
     """Start a system with a prepared world and instruction.
 
@@ -81,6 +96,8 @@ def demo(
         port: of the page; the next free one is taken if it is in use.
         exit_when_done: end with the instruction, and with its exit code.
         realm: isolates parallel systems on this machine.
+        detector: ONNX files of other networks that find objects; several work as one.
+        classes: a file with the class names of each, where they do not say them themselves.
     """
     if name is None:
         for known, (robot, world, text) in DEMOS.items():
@@ -100,6 +117,8 @@ def demo(
         say=text,
         exit_when_done=exit_when_done,
         realm=realm,
+        detector=detector,
+        classes=classes,
     )
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from robots.spec import CameraSpec
 from robots.symbols import SymbolSpace
 from schemas.arrays import Floats
+from schemas.faults import FaultLog
 from schemas.geometry import Pose2
 from schemas.perception import Detections, SceneObservation
 from schemas.sensing import LaserScan
@@ -22,7 +23,6 @@ from services.mapping.annotations import Reading
 from services.mapping.backbone import Backbone
 from services.mapping.cases import Case, cases_of, drawn, judged
 from services.mapping.even import EvenPoints
-from services.mapping.faults import FaultLog
 from services.mapping.grid import Grid
 from services.mapping.object_map import ObjectMap
 from services.mapping.odometer import OdometryNoise

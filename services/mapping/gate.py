@@ -12,13 +12,13 @@ from msgspec import Struct
 
 from robots.spec import BaseLimits
 from schemas import topics
+from schemas.faults import FaultLog
 from schemas.geometry import Pose2
 from schemas.language import Annotations
 from schemas.perception import Detections, SceneObservation
 from schemas.sensing import LaserScan, Odometry
 from schemas.topics import Handler, Handlers, Output, Topic
 from services.mapping.contradictions import doubts_about
-from services.mapping.faults import FaultLog
 from services.mapping.soundness import flaw_of, mended
 from services.mapping.timeline import Timeline
 from services.mapping.wheels import Reading, Step, Wheels

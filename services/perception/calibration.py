@@ -92,6 +92,8 @@ def _logistic_fit(x: Floats, outcomes: Flags, steps: int = 30) -> tuple[float, f
 
 
 def _temperature_fit(class_scores: Floats, true_classes: Ints) -> float:
+    if not len(true_classes):
+        return 1.0
     candidates = np.exp(np.linspace(np.log(0.25), np.log(4.0), 81))
     rows = np.arange(len(true_classes))
 

@@ -1,58 +1,55 @@
-"""Boxes in a camera picture, by a small network that OpenCV runs on one core."""
+"""Boxes in a camera picture, by a network that OpenCV runs on one core."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.arrays import Floats, Ints
-from services.perception.card import DetectorCard, read_card
-from services.perception.errors import PerceptionError
-from services.perception.picture import input_height, input_width, network_input
+from services.perception.boxes import Boxes, in_picture, likely, suppressed
+from services.perception.calibration import Calibration
+from services.perception.card import read_card
+from services.perception.decoding import Decoder
+from services.perception.errors import DetectorFileError
+from services.perception.layouts import Layout, Outputs, Recognised, recognised
+from services.perception.picture import Preprocessing
+from services.perception.reading import read_network_file
 
 default_weights = Path(__file__).parent / "weights" / "detector.onnx"
-least_score = 0.25
-"""Boxes below are noise: they cost the filter more than their rare truths are worth."""
-class_overlap = 0.5
-"""Of two boxes of one class that overlap by more than this (IoU) the lower score goes."""
-any_overlap = 0.8
-"""The same for boxes of different classes: one object, whose distribution already doubts."""
-
-
-@dataclass(frozen=True)
-class Boxes:
-    """What the network found in one picture, best first."""
-
-    corners_px: Floats
-    """(N, 4) x0 y0 x1 y1, within the picture."""
-    scores: Floats
-    """(N,) confidence in [0, 1]; not a calibrated probability."""
-    class_scores: Floats
-    """(N, C) in [0, 1], each class by itself; rows do not sum to 1."""
-
-    @property
-    def classes(self) -> Ints:
-        """(N,) index of the best class of each box."""
-        return self.class_scores.argmax(axis=1).astype(np.int32)
+usual_threshold = 0.25
+"""Least score of a box where neither a card nor a person says another."""
+_probe_size = 320, 240
+"""Width and height of the first picture [px]."""
+_grey = 0.45
+"""Of the first picture. To a network that takes bytes it is black, which does as well."""
 
 
 class Network:
-    """An ONNX file run by OpenCV: (1, 3, H, W) in, one output with decoded boxes."""
+    """An ONNX file run by OpenCV: (1, 3, H, W) in, all its outputs out."""
 
     def __init__(self, weights: Path) -> None:
         # Process-wide. One thread already gives 50 frames/s; more would only starve the others.
         cv2.setNumThreads(1)
-        self._net = _loaded(weights)
+        self._weights, self._net = weights, _loaded(weights)
         self._outputs: Sequence[str] = self._net.getUnconnectedOutLayersNames()
 
-    def __call__(self, blob: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Output (N, 5 + C) for one blob: centre x, y, width, height [px], objectness, classes."""
-        self._net.setInput(blob)
-        (output,) = self._net.forward(self._outputs)
-        return np.asarray(output[0], np.float32)
+    def __call__(self, blob: NDArray[np.float32]) -> list[NDArray[np.float32]]:
+        """Outputs for one blob, in the order of the file.
+
+        Raises:
+            DetectorFileError: OpenCV cannot run the network on it.
+        """
+        try:
+            self._net.setInput(blob)
+            outputs: Sequence[Any] = self._net.forward(self._outputs)
+        except cv2.error as error:
+            raise DetectorFileError(
+                f"OpenCV cannot run {self._weights} on a picture {blob.shape}: {error.err}"
+            ) from error
+        return [np.asarray(output, np.float32) for output in outputs]
 
 
 def _loaded(weights: Path) -> cv2.dnn.Net:
@@ -60,65 +57,86 @@ def _loaded(weights: Path) -> cv2.dnn.Net:
     try:
         net = cv2.dnn.readNetFromONNX(str(weights), engine=cv2.dnn.ENGINE_NEW)
     except cv2.error as error:
-        raise PerceptionError(refusal) from error
+        raise DetectorFileError(f"{refusal}: {error.err}") from error
     # A file that is ONNX, but holds what the new engine cannot run, gives an empty net instead.
     if net.empty():
-        raise PerceptionError(refusal)
+        raise DetectorFileError(f"{refusal}: it has operators that OpenCV does not know")
     return net
 
 
 class Detector:
-    """Finds the objects of its card's classes in pictures of at most 320x256 px.
+    """Finds the objects of a network's classes in pictures of any size.
 
     Raises:
-        PerceptionError: weights or card are missing or do not belong together.
+        DetectorFileError: the network, its class names or its sidecar cannot be used.
+        MissingWeightsError: our own weights or their card are missing or do not belong together.
     """
 
-    def __init__(self, weights: Path = default_weights, threshold: float = least_score) -> None:
-        self.card: DetectorCard = read_card(weights)
-        self._network, self._threshold = Network(weights), threshold
+    def __init__(
+        self,
+        weights: Path = default_weights,
+        class_file: Path | None = None,
+        threshold: float | None = None,
+    ) -> None:
+        if weights == default_weights:
+            # Without its card it would be taken for a stranger's.
+            read_card(weights)
+        self._reading = read_network_file(weights, class_file)
+        said = self._reading.sidecar
+        self.threshold = threshold or said.threshold or usual_threshold
+        self._network = Network(weights)
         # The first forward pass allocates and packs weights: not while a robot waits for it.
-        self._network(network_input(np.zeros((input_height, input_width, 3), np.uint8)))
+        self._found = self._probed()
+        self._shown = self._reading.preprocessing(self._found.layout, self._found.boxes_a_cell)
+
+    @property
+    def classes(self) -> tuple[str, ...]:
+        """Names of the C classes."""
+        return self._reading.classes
+
+    @property
+    def calibration(self) -> Calibration:
+        """From scores to probabilities."""
+        return self._reading.sidecar.calibration
+
+    @property
+    def description(self) -> str:
+        """What the file was taken for, in one line."""
+        shown = self._shown_at(*_probe_size)
+        size = f"{shown.width}x{shown.height} px" if self._reading.fixed else "any size"
+        return (
+            f"{self._reading.path}: {len(self.classes)} classes, layout {self._found}, "
+            f"input {size}, {shown}; licence: {self._reading.licence or 'not said in the file'}"
+        )
 
     def detect(self, color: NDArray[np.uint8]) -> Boxes:
-        """Boxes in an RGB picture (H, W, 3)."""
+        """Boxes in an RGB picture (H, W, 3).
+
+        Raises:
+            DetectorFileError: the network cannot be run on it, or named a class without a name.
+        """
         height, width = color.shape[:2]
-        predictions = self._network(network_input(color))
-        return suppressed(candidates(predictions, self._threshold, width, height))
+        return self.read(self._network(self._shown_at(width, height).blob(color)), width, height)
 
+    def read(self, outputs: Outputs, width: int, height: int) -> Boxes:
+        """Boxes that the network's outputs tell of, in a picture of `width` x `height` px."""
+        shown = self._shown_at(width, height)
+        decode = Decoder(self._found, len(self.classes), shown.width, shown.height)
+        boxes = likely(decode(outputs), self.threshold, self.calibration)
+        boxes = in_picture(boxes, shown.fit(width, height))
+        return boxes if self._found.layout is Layout.END_TO_END else suppressed(boxes)
 
-def candidates(
-    predictions: NDArray[np.float32], threshold: float, width: int, height: int
-) -> Boxes:
-    """Predictions (N, 5 + C) that reach the threshold, as boxes cut at the picture's edge."""
-    class_scores = predictions[:, 5:].astype(np.float64)
-    scores = predictions[:, 4] * class_scores.max(axis=1)
-    kept = np.flatnonzero(scores >= threshold)
-    kept = kept[np.argsort(-scores[kept], kind="stable")]
-    middle, half = predictions[kept, :2], predictions[kept, 2:4] / 2
-    corners = np.concatenate([middle - half, middle + half], axis=1).astype(np.float64)
-    corners = np.clip(corners, 0, [width, height, width, height])
-    return Boxes(corners, scores[kept], class_scores[kept])
+    def _shown_at(self, width: int, height: int) -> Preprocessing:
+        """How a picture of this size [px] is shown to the network."""
+        size = self._reading.input_size(width, height)
+        return msgspec.structs.replace(self._shown, width=size[0], height=size[1])
 
-
-def suppressed(boxes: Boxes) -> Boxes:
-    """One box for each object: non-maximum suppression in each class, then across classes."""
-    boxes = _selected(boxes, _survivors(boxes, boxes.classes, class_overlap))
-    return _selected(boxes, _survivors(boxes, np.zeros_like(boxes.classes), any_overlap))
-
-
-def _survivors(boxes: Boxes, groups: Ints, overlap: float) -> Ints:
-    """Indices that stay, ascending, so that the order by score stays too."""
-    if not len(boxes.scores):
-        return np.zeros(0, np.int32)
-    low, high = boxes.corners_px[:, :2], boxes.corners_px[:, 2:]
-    left_top_size = np.concatenate([low, high - low], axis=1)
-    # The threshold was applied before; below zero, a score of exactly zero survives too.
-    kept = cv2.dnn.NMSBoxesBatched(
-        left_top_size.tolist(), boxes.scores.tolist(), groups.tolist(), -1.0, overlap
-    )
-    return np.sort(np.asarray(kept, np.int32).reshape(-1))
-
-
-def _selected(boxes: Boxes, index: Ints) -> Boxes:
-    return Boxes(boxes.corners_px[index], boxes.scores[index], boxes.class_scores[index])
+    def _probed(self) -> Recognised:
+        """What the answer to a grey picture is laid out like."""
+        reading = self._reading
+        width, height = reading.input_size(*_probe_size)
+        outputs = self._network(np.full((1, 3, height, width), _grey, np.float32))
+        try:
+            return recognised(outputs, reading.question(width, height))
+        except DetectorFileError as error:
+            raise DetectorFileError(f"{reading.path}: {error}") from error

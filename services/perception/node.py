@@ -6,12 +6,15 @@ import numpy as np
 
 from robots.catalogue import get_robot
 from schemas import topics
+from schemas.faults import FaultLog
 from schemas.perception import Detections
 from schemas.run import RunConfig
 from schemas.sensing import RgbdFrame
 from schemas.topics import Handlers, Output
-from services.perception.detector import Detector
+from services.perception.bank import detector_of
+from services.perception.errors import PerceptionError
 from services.perception.scene import detections_in
+from services.perception.soundness import require_sound
 
 
 class PerceptionNode:
@@ -19,13 +22,24 @@ class PerceptionNode:
 
     def __init__(self, run: RunConfig, rng: np.random.Generator) -> None:
         self._range_max = get_robot(run.robot).camera.range_max
-        self._detector = Detector()
+        self._detector = detector_of(run)
+        self._faults, self._dropped = FaultLog("perception"), 0
 
     def handlers(self) -> Handlers:
         """Camera frames, and nothing else."""
         return {topics.RGBD: self.on_frame}
 
     def on_frame(self, frame: RgbdFrame) -> Iterable[Output]:
-        """One `Detections` for every frame: an empty one is evidence too."""
-        found: Detections = detections_in(frame, self._detector, self._range_max)
+        """One `Detections` for every frame that shows anything: an empty one is evidence too.
+
+        A frame in which nothing can be recognised is dropped and told of: to see nothing in it
+        would be evidence against everything.
+        """
+        try:
+            require_sound(frame)
+            found: Detections = detections_in(frame, self._detector, self._range_max)
+        except PerceptionError as error:
+            self._dropped += 1
+            self._faults.note("frame dropped", f"{error}; {self._dropped} dropped so far")
+            return [topics.FAULT.of(one) for one in self._faults.due(frame.stamp_ns)]
         return [topics.DETECTIONS.of(found)]

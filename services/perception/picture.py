@@ -1,31 +1,97 @@
-"""How a camera picture becomes the network's input: the same in training and at run time."""
+"""How a camera picture becomes a network's input: the same in training and at run time."""
+
+from dataclasses import dataclass
+from typing import Literal
 
 import cv2
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
-from services.perception.errors import PerceptionError
+from schemas.arrays import Floats
 
 input_width, input_height = 320, 256
-"""Of the network's input [px]; both are multiples of 32."""
+"""Of our own network's input [px]; both are multiples of 32."""
 padding_value = 114
-"""Grey of the rows below the picture."""
+"""Grey of what the picture does not cover."""
+
+ColorOrder = Literal["rgb", "bgr"]
+Placement = Literal["centre", "top_left", "stretch"]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Where the picture lies in the input: input = picture * scale + offset, as x, y."""
+
+    scale: tuple[float, float]
+    offset: tuple[int, int]
+    size: tuple[int, int]
+    """Width and height of the picture [px]."""
+
+    def to_picture(self, corners: Floats) -> Floats:
+        """Corner boxes (N, 4) of the input [px] as boxes in the picture [px], cut at its edge."""
+        within = (corners - [*self.offset, *self.offset]) / [*self.scale, *self.scale]
+        return np.clip(within, 0, [*self.size, *self.size])
+
+
+class Preprocessing(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a network was trained to be shown. Networks of other makes differ silently."""
+
+    width: int = input_width
+    """Of the input [px]."""
+    height: int = input_height
+    """[px]"""
+    color: ColorOrder = "rgb"
+    scale: float = 1 / 255
+    """Pixels are multiplied by this."""
+    placement: Placement = "top_left"
+    """Where the picture lies if its sides are in another proportion; `stretch` distorts it."""
+    fill: int = padding_value
+    """Grey of what the picture does not cover."""
+
+    def __str__(self) -> str:
+        placed = self.placement.replace("_", " ")
+        return f"{self.color.upper()} x {self.scale:.3g}, {placed}"
+
+    def fit(self, width: int, height: int) -> Fit:
+        """Where a picture of this size [px] lies in the input."""
+        size = width, height
+        if self.placement == "stretch":
+            return Fit((self.width / width, self.height / height), (0, 0), size)
+        scale = min(self.width / width, self.height / height)
+        if self.placement == "top_left":
+            return Fit((scale, scale), (0, 0), size)
+        spare = self.width - round(width * scale), self.height - round(height * scale)
+        # Of an odd number of spare rows the upper half is the smaller one.
+        return Fit((scale, scale), (spare[0] // 2, spare[1] // 2), size)
+
+    def blob(self, picture: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """Network input (1, 3, `height`, `width`) of an RGB picture (H, W, 3)."""
+        padded = self._padded(picture)
+        swapped = self.color == "bgr"
+        blob = cv2.dnn.blobFromImage(padded, scalefactor=self.scale, swapRB=swapped)
+        return np.asarray(blob, np.float32)
+
+    def _padded(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        height, width = picture.shape[:2]
+        fit = self.fit(width, height)
+        size = max(round(width * fit.scale[0]), 1), max(round(height * fit.scale[1]), 1)
+        if size != (width, height):
+            resized = cv2.resize(picture, size, interpolation=cv2.INTER_LINEAR)
+            picture = np.asarray(resized, np.uint8)
+        x, y = fit.offset
+        padded = np.full((self.height, self.width, 3), self.fill, np.uint8)
+        padded[y : y + size[1], x : x + size[0]] = picture
+        return padded
+
+
+own_preprocessing = Preprocessing()
+"""Of the network that is trained here."""
 
 
 def network_input(color: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Blob (1, 3, 256, 320), RGB in [0, 1], of a picture (H <= 256, W <= 320, 3).
+    """Input (1, 3, 256, 320) of our own network: RGB in [0, 1] of a picture (H, W, 3).
 
-    The picture keeps its scale and lies in the upper left corner, so boxes need no conversion.
-
-    Raises:
-        PerceptionError: the picture is larger than the network's input.
+    A picture of 320x240 px keeps its scale and lies in the upper left corner.
     """
-    height, width = color.shape[:2]
-    if height > input_height or width > input_width:
-        raise PerceptionError(
-            f"a picture of {width}x{height} px does not fit the detector, "
-            f"which takes at most {input_width}x{input_height}"
-        )
-    padded = np.full((input_height, input_width, 3), padding_value, np.uint8)
-    padded[:height, :width] = color
-    return np.asarray(cv2.dnn.blobFromImage(padded, scalefactor=1 / 255), np.float32)
+    return own_preprocessing.blob(color)

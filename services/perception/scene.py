@@ -4,13 +4,13 @@ import numpy as np
 
 from schemas.perception import Detections
 from schemas.sensing import RgbdFrame
-from services.perception.detector import Detector
+from services.perception.bank import FindsObjects
 from services.perception.projection import LocatedObject, locate
 from services.perception.rays import camera_rays, depth_metres
 from services.perception.view import ground_view
 
 
-def detections_in(frame: RgbdFrame, detector: Detector, range_max: float) -> Detections:
+def detections_in(frame: RgbdFrame, detector: FindsObjects, range_max: float) -> Detections:
     """Detect, place, and say how far the view reached.
 
     Objects without a measured place within `range_max` [m] are left out, as are the parts of the
@@ -22,14 +22,13 @@ def detections_in(frame: RgbdFrame, detector: Detector, range_max: float) -> Det
     kept = [index for index, place in enumerate(places) if place is not None]
     located = [place for place in places if place is not None]
     view = ground_view(depth, frame.intrinsics, frame.base_from_camera, range_max)
-    scores, class_scores = boxes.scores[kept], boxes.class_scores[kept]
     return Detections(
         stamp_ns=frame.stamp_ns,
-        classes=detector.card.classes,
+        classes=detector.classes,
         odom_from_base=frame.odom_from_base,
         boxes_px=boxes.corners_px[kept],
-        probabilities=detector.card.calibration.distribution(scores, class_scores),
-        scores=scores,
+        probabilities=boxes.probabilities[kept],
+        scores=boxes.scores[kept],
         **_columns(located),
         view_bearings=view.bearings,
         view_ranges=view.ranges,

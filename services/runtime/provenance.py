@@ -22,7 +22,7 @@ def run_metadata(run: RunConfig) -> Mapping[str, Mapping[str, str]]:
     return {
         "run": settings,
         "code": {"git": git_revision()},
-        "weights": weight_hashes(),
+        "weights": weight_hashes() | {file: _sha256(Path(file)) for file in run.detectors},
         "machine": {"description": machine_description()},
     }
 
@@ -45,11 +45,11 @@ def git_revision() -> str:
 def weight_hashes() -> dict[str, str]:
     """SHA-256 of every file of learned weights."""
     files = sorted((_root / "services").glob("*/weights/*"))
-    return {
-        str(path.relative_to(_root)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in files
-        if path.is_file()
-    }
+    return {str(path.relative_to(_root)): _sha256(path) for path in files if path.is_file()}
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def machine_description() -> str:

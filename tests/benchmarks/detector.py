@@ -7,15 +7,8 @@ import numpy as np
 import onnxruntime
 from numpy.typing import NDArray
 
-from services.perception.detector import (
-    Boxes,
-    Detector,
-    Network,
-    candidates,
-    default_weights,
-    least_score,
-    suppressed,
-)
+from services.perception.boxes import Boxes
+from services.perception.detector import Detector, default_weights
 from services.perception.picture import network_input
 from tests.benchmarks.rows import Row, compared
 from tests.benchmarks.timing import interleaved
@@ -42,10 +35,9 @@ class Session:
         )
         self._input: str = self._session.get_inputs()[0].name
 
-    def __call__(self, blob: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Output (N, 5 + C) of one blob."""
-        (output,) = self._session.run(None, {self._input: blob})
-        return np.asarray(output, np.float32)[0]
+    def __call__(self, blob: NDArray[np.float32]) -> list[NDArray[np.float32]]:
+        """Outputs for one blob."""
+        return [np.asarray(output) for output in self._session.run(None, {self._input: blob})]
 
 
 def measure(rounds: int) -> list[Row]:
@@ -56,7 +48,10 @@ def measure(rounds: int) -> list[Row]:
     spent = interleaved(
         {
             "ours": lambda: detector.detect(pictures[0]),
-            **{name: lambda run=run: _detect(run, pictures[0]) for name, run in peers.items()},
+            **{
+                name: lambda run=run: _detect(detector, run, pictures[0])
+                for name, run in peers.items()
+            },
         },
         rounds,
     )
@@ -80,9 +75,9 @@ def _pictures() -> list[NDArray[np.uint8]]:
     return [color, np.ascontiguousarray(color[:, ::-1]), color // 2]
 
 
-def _detect(run: Network | Session, color: NDArray[np.uint8]) -> Boxes:
+def _detect(detector: Detector, run: Session, color: NDArray[np.uint8]) -> Boxes:
     height, width = color.shape[:2]
-    return suppressed(candidates(run(network_input(color)), least_score, width, height))
+    return detector.read(run(network_input(color)), width, height)
 
 
 def _agreement(
@@ -92,7 +87,7 @@ def _agreement(
     assert all(len(boxes.scores) for boxes in ours), "nothing to agree about"
     rows: list[Row] = []
     for name, run in peers.items():
-        theirs = [_detect(run, picture) for picture in pictures]
+        theirs = [_detect(detector, run, picture) for picture in pictures]
         corners = _largest(
             [(a.corners_px, b.corners_px) for a, b in zip(ours, theirs, strict=True)]
         )

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from services.perception.detector import Detector
+from services.perception.card import file_sha256
+from services.perception.detector import Detector, default_weights
 
 DATA = Path(__file__).parent
 
@@ -19,8 +20,8 @@ def main() -> None:
     with np.load(DATA / "perception_frame.npz") as arrays:
         found = detector.detect(arrays["color"])
     expected = {
-        "sha256": detector.card.sha256,
-        "names": [detector.card.classes[index] for index in found.classes],
+        "sha256": file_sha256(default_weights),
+        "names": [detector.classes[index] for index in found.classes],
         "boxes_px": found.corners_px.round(3).tolist(),
         "scores": found.scores.round(5).tolist(),
     }

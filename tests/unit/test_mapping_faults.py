@@ -10,6 +10,7 @@ import pytest
 from robots.catalogue import get_robot
 from schemas import codec, topics
 from schemas.belief import MapBelief
+from schemas.faults import FaultLog, period_ns
 from schemas.geometry import Pose2
 from schemas.health import Fault
 from schemas.language import Annotation, Relation
@@ -18,7 +19,6 @@ from schemas.sensing import LaserScan
 from schemas.topics import Output
 from services.mapping import cases, graph
 from services.mapping.backbone import Backbone
-from services.mapping.faults import FaultLog, period_ns
 from services.mapping.filter import SemanticFilter
 from services.mapping.grid import Grid
 from services.mapping.odometer import OdometryNoise

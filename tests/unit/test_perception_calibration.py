@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from services.perception.calibration import Calibration, calibration_error, fit, reliability
@@ -46,6 +46,7 @@ def test_separable_data_stay_finite():
     assert np.isfinite([found.slope, found.offset, found.temperature]).all()
 
 
+@settings(deadline=None)
 @given(
     seed=st.integers(0, 1000),
     slope=st.floats(0.1, 5),

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from services.perception.detector import Boxes
+from services.perception.boxes import Boxes
 from services.perception.training.evaluation import (
     Labelled,
     average_precision,
@@ -14,12 +14,24 @@ from services.perception.training.evaluation import (
     outcomes,
     overlap_matrix,
 )
+from services.perception.training.threshold import (
+    found_per_hundred,
+    precision_and_recall,
+    working_threshold,
+)
 
 BOXES = np.array([[0, 0, 10, 10], [20, 0, 30, 10], [40, 40, 60, 80.0]])
 
 
 def found(boxes: np.ndarray, classes: list[int], scores: list[float]) -> Boxes:
-    return Boxes(boxes, np.array(scores), np.eye(3)[classes])
+    rows = np.eye(3)[classes]
+    return Boxes(boxes, np.array(scores), rows, rows)
+
+
+def labelled(
+    boxes: Boxes, true_boxes: np.ndarray, classes: np.ndarray, ignored: np.ndarray | None = None
+) -> Labelled:
+    return Labelled(boxes, true_boxes, classes, np.zeros((0, 4)) if ignored is None else ignored)
 
 
 def test_overlap_is_one_with_itself_and_symmetric():
@@ -40,17 +52,17 @@ def test_second_box_on_an_object_is_a_mistake():
 
 
 def test_perfect_detections_have_perfect_precision():
-    picture = Labelled(found(BOXES, [0, 1, 2], [0.9, 0.8, 0.7]), BOXES, np.arange(3))
+    picture = labelled(found(BOXES, [0, 1, 2], [0.9, 0.8, 0.7]), BOXES, np.arange(3))
     np.testing.assert_allclose(class_precisions([picture], 3, 0.5), 1.0)
 
 
 def test_wrong_class_counts_as_miss_and_mistake():
-    picture = Labelled(found(BOXES, [1, 1, 2], [0.9, 0.8, 0.7]), BOXES, np.arange(3))
+    picture = labelled(found(BOXES, [1, 1, 2], [0.9, 0.8, 0.7]), BOXES, np.arange(3))
     np.testing.assert_allclose(class_precisions([picture], 3, 0.5), [0.0, 0.5, 1.0])
 
 
 def test_class_that_never_occurs_has_no_precision():
-    picture = Labelled(found(BOXES[:1], [0], [0.9]), BOXES[:1], np.array([0]))
+    picture = labelled(found(BOXES[:1], [0], [0.9]), BOXES[:1], np.array([0]))
     assert np.isnan(class_precisions([picture], 3, 0.5)).tolist() == [False, True, True]
 
 
@@ -59,6 +71,7 @@ def test_known_curve():
     assert average_precision(np.array([0.9, 0.8, 0.7]), correct, 2) == pytest.approx(5 / 6)
 
 
+@settings(deadline=None)
 @given(seed=st.integers(0, 1000), count=st.integers(1, 50))
 def test_precision_depends_on_order_alone(seed: int, count: int):
     rng = np.random.default_rng(seed)
@@ -69,20 +82,61 @@ def test_precision_depends_on_order_alone(seed: int, count: int):
 
 
 def test_outcomes_name_what_each_box_is_on():
-    picture = Labelled(
+    picture = labelled(
         found(np.vstack([BOXES[:1], BOXES[:1] + 200]), [1, 0], [0.9, 0.5]), BOXES, np.arange(3)
     )
-    empty = Labelled(found(np.zeros((0, 4)), [], []), BOXES, np.arange(3))
-    scores, _, on_object, classes = outcomes([picture, empty])
-    assert scores.tolist() == [0.9, 0.5]
-    assert on_object.tolist() == [True, False]
-    assert classes.tolist() == [0, -1]
+    empty = labelled(found(np.zeros((0, 4)), [], []), BOXES, np.arange(3))
+    result = outcomes([picture, empty])
+    assert result.boxes.scores.tolist() == [0.9, 0.5]
+    assert result.on_object.tolist() == [True, False]
+    assert result.true_classes.tolist() == [0, -1]
+    assert result.correct.tolist() == [False, False]
+
+
+def test_ignored_objects_are_neither_missed_nor_wrongly_found():
+    boxes = found(BOXES, [0, 1, 2], [0.9, 0.8, 0.7])
+    picture = labelled(boxes, BOXES[:1], np.array([0]), BOXES[1:2])
+    assert class_precisions([picture], 3, 0.5)[0] == 1.0
+    result = outcomes([picture])
+    assert result.boxes.scores.tolist() == [0.9, 0.7]
+    assert result.true_classes.tolist() == [0, -1]
+    unfound = labelled(found(BOXES[:1], [0], [0.9]), BOXES[:1], np.array([0]), BOXES[1:])
+    assert class_precisions([unfound], 1, 0.5).tolist() == [1.0]
+
+
+def test_an_object_beside_an_ignored_one_still_counts():
+    boxes = found(BOXES[:1], [0], [0.9])
+    picture = labelled(boxes, BOXES[:1], np.array([0]), BOXES[:1])
+    assert class_precisions([picture], 1, 0.5).tolist() == [1.0]
+
+
+def pictures(scores_right: list[float], scores_wrong: list[float]) -> list[Labelled]:
+    """One object a picture, found with the first scores; as many pictures with nothing in them."""
+    right = [labelled(found(BOXES[:1], [0], [s]), BOXES[:1], np.array([0])) for s in scores_right]
+    nothing = np.zeros((0, 4)), np.zeros(0, int)
+    wrong = [labelled(found(BOXES[1:2], [1], [s]), *nothing) for s in scores_wrong]
+    return right + wrong
+
+
+def test_the_threshold_parts_right_from_wrong():
+    sample = pictures([0.5 + 0.005 * i for i in range(100)], [0.001 * i for i in range(400)])
+    threshold = working_threshold(sample)
+    assert 0.399 < threshold <= 0.51
+    assert precision_and_recall(sample, threshold) == (1.0, pytest.approx(1.0, abs=0.02))
+
+
+def test_the_threshold_rises_until_hardly_anything_is_invented():
+    sample = pictures([0.9] * 100, [0.6] * 20 + [0.1] * 80)
+    threshold = working_threshold(sample)
+    assert threshold > 0.6
+    assert found_per_hundred(sample[100:], threshold) == 0
+    assert found_per_hundred(sample[100:], 0.5) == 20
 
 
 def test_small_objects_and_boxes_on_them_are_not_asked_for():
     small, large = [0, 0, 10, near_side - 1], [50, 0, 70, near_side + 10]
     around_small = [0, 0, 10, near_side + 1]
     boxes = found(np.array([large, around_small, small]), [0, 1, 2], [0.9, 0.8, 0.7])
-    near = near_only(Labelled(boxes, np.array([small, large]), np.array([1, 0])))
+    near = near_only(labelled(boxes, np.array([small, large]), np.array([1, 0])))
     assert near.true_classes.tolist() == [0]
-    assert near.found.corners_px.tolist() == [large]
+    assert outcomes([near]).boxes.corners_px.tolist() == [large]

@@ -1,7 +1,8 @@
-"""Which cells of the network answer for which object (SimOTA: Ge et al., YOLOX, 2021).
+"""Which cells of the network answer for which object (task alignment: Feng et al., TOOD, 2021).
 
-Every object takes the cells near its middle that already predict it best; how many it takes
-follows from how well they do. The whole batch is assigned at once with padded objects.
+Every object takes the cells inside it that already predict its class and its box best, and asks
+of each a score that says how well. So a score tells how well a box fits, and boxes that fit are
+kept when overlapping ones are removed. The whole batch is assigned at once with padded objects.
 """
 
 from dataclasses import dataclass
@@ -9,10 +10,13 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-candidate_radius = 2.5
-"""Cells whose centre is within this many strides of an object's middle may answer for it."""
+from services.perception.training.geometry import overlaps
+
 _most_cells = 10
-_overlap_weight = 3.0
+_least_cells = 3
+"""Of an object that no prediction overlaps yet: the nearest ones."""
+_score_power = 0.5
+_overlap_power = 6.0
 _never = 1e8
 
 
@@ -25,7 +29,9 @@ class Targets:
     classes: Tensor
     """(B, G) class ids, int64."""
     present: Tensor
-    """(B, G) bool, false where padded."""
+    """(B, G) bool, false where padded or ignored."""
+    ignored: Tensor
+    """(B, G) bool, objects that are neither to be found nor wrong to be found."""
 
 
 @dataclass(frozen=True)
@@ -38,70 +44,72 @@ class Assignment:
     """(K,) index of the cell."""
     target: Tensor
     """(K,) index of the object in its picture."""
-    overlap: Tensor
-    """(K,) IoU of prediction and object."""
-
-
-def corners(boxes: Tensor) -> Tensor:
-    """Corner boxes (..., 4) of centre-and-size boxes (..., 4)."""
-    half = boxes[..., 2:] / 2
-    return torch.cat([boxes[..., :2] - half, boxes[..., :2] + half], -1)
-
-
-def overlaps(a: Tensor, b: Tensor) -> Tensor:
-    """IoU of corner boxes, broadcast over the leading axes."""
-    low, high = torch.maximum(a[..., :2], b[..., :2]), torch.minimum(a[..., 2:], b[..., 2:])
-    shared = (high - low).clamp(min=0).prod(-1)
-    return shared / (_area(a) + _area(b) - shared + 1e-9)
+    score: Tensor
+    """(K,) in [0, 1], which the object's class should have at the cell."""
 
 
 def assign(
-    boxes: Tensor, logits: Tensor, targets: Targets, centers: Tensor, sizes: Tensor
+    boxes: Tensor, scores: Tensor, targets: Targets, centers: Tensor, sizes: Tensor
 ) -> Assignment:
-    """Assign predicted boxes (B, N, 4, corners) and logits (B, N, 1 + C) to objects."""
+    """Assign predicted boxes (B, N, 4, corners) and class scores (B, N, C) to objects."""
     with torch.no_grad():
         allowed = _allowed(targets, centers, sizes)
         overlap = overlaps(targets.boxes[:, :, None], boxes[:, None]) * allowed
-        cost = _class_cost(logits, targets) - _overlap_weight * torch.log(overlap + 1e-8)
-        cost = torch.where(allowed, cost, torch.full_like(cost, _never))
-        chosen = _cheapest(cost, overlap) & allowed
+        alignment = _own(scores, targets) ** _score_power * overlap**_overlap_power
+        chosen = _best(alignment, allowed) | _nearest_of_the_lost(
+            overlap, allowed, targets, centers
+        )
         # A cell that two objects want goes to the one that it fits better.
-        best = torch.zeros_like(chosen).scatter_(1, cost.argmin(1, keepdim=True), True)
-        picture, target, cell = torch.nonzero(chosen & best, as_tuple=True)
-        return Assignment(picture, cell, target, overlap[picture, target, cell])
+        preferred = torch.where(chosen, overlap, -torch.ones_like(overlap))
+        chosen &= torch.zeros_like(chosen).scatter_(1, preferred.argmax(1, keepdim=True), True)
+        picture, target, cell = torch.nonzero(chosen, as_tuple=True)
+        wanted = _wanted(alignment * chosen, overlap * chosen)
+        return Assignment(picture, cell, target, wanted[picture, target, cell])
+
+
+def unjudged(targets: Targets, centers: Tensor, sizes: Tensor) -> Tensor:
+    """(B, N): cells on an ignored object, where finding nothing and something are both right."""
+    low, high = targets.boxes[..., :2], targets.boxes[..., 2:]
+    # Half a cell about it too: small objects hold no cell's centre.
+    after = centers > low[:, :, None] - sizes / 2
+    before = centers < high[:, :, None] + sizes / 2
+    return ((after & before).all(-1) & targets.ignored[..., None]).any(1)
 
 
 def _allowed(targets: Targets, centers: Tensor, sizes: Tensor) -> Tensor:
-    """(B, G, N): cell centre inside the object's box and near its middle."""
+    """(B, G, N): cell centre inside the object's box."""
     low, high = targets.boxes[..., :2], targets.boxes[..., 2:]
-    middle = ((low + high) / 2)[:, :, None]
-    near = ((centers - middle).abs() < candidate_radius * sizes).all(-1)
     inside = ((centers > low[:, :, None]) & (centers < high[:, :, None])).all(-1)
     # Objects smaller than a cell hold no cell centre: there the nearest cells have to do.
-    tiny = (high - low).amin(-1)[:, :, None, None] < 1.5 * sizes
-    adjacent = ((centers - middle).abs() < 0.75 * sizes).all(-1, keepdim=True) & tiny
-    return ((near & inside) | adjacent[..., 0]) & targets.present[..., None]
+    tiny = (high - low).amin(-1)[:, :, None] < 1.5 * sizes[:, 0]
+    adjacent = ((centers - ((low + high) / 2)[:, :, None]).abs() < 0.75 * sizes).all(-1)
+    return (inside | (adjacent & tiny)) & targets.present[..., None]
 
 
-def _class_cost(logits: Tensor, targets: Targets) -> Tensor:
-    """(B, G, N): cross entropy of each object's class at each cell."""
-    probability = (logits[..., :1].sigmoid() * logits[..., 1:].sigmoid()).sqrt()
-    probability = probability.clamp(1e-6, 1 - 1e-6)
-    others = -torch.log1p(-probability)
-    total = others.sum(-1)[:, None]
-    index = targets.classes[:, :, None].expand(-1, -1, logits.shape[1])
-    own = torch.gather(probability.transpose(1, 2), 1, index)
-    return total + torch.log1p(-own) - torch.log(own)
+def _own(scores: Tensor, targets: Targets) -> Tensor:
+    """(B, G, N): score of each object's class at each cell."""
+    index = targets.classes[:, :, None].expand(-1, -1, scores.shape[1])
+    return torch.gather(scores.transpose(1, 2), 1, index)
 
 
-def _cheapest(cost: Tensor, overlap: Tensor) -> Tensor:
-    """(B, G, N) bool: the k cheapest cells, k being the sum of the best overlaps."""
-    number = overlap.topk(_most_cells, -1).values.sum(-1).int().clamp(min=1)
-    values, cells = cost.topk(_most_cells, -1, largest=False)
-    rank = torch.arange(_most_cells, device=cost.device)
-    taken = (rank < number[..., None]) & (values < _never / 2)
-    return torch.zeros_like(overlap, dtype=torch.bool).scatter_(2, cells, taken)
+def _best(alignment: Tensor, allowed: Tensor) -> Tensor:
+    """(B, G, N): of each object the cells that are aligned best, if at all."""
+    values, cells = alignment.topk(_most_cells, -1)
+    return torch.zeros_like(allowed).scatter_(2, cells, values > 0) & allowed
 
 
-def _area(boxes: Tensor) -> Tensor:
-    return (boxes[..., 2:] - boxes[..., :2]).clamp(min=0).prod(-1)
+def _nearest_of_the_lost(
+    overlap: Tensor, allowed: Tensor, targets: Targets, centers: Tensor
+) -> Tensor:
+    """(B, G, N): the nearest cells of objects that nothing overlaps, as when training begins."""
+    lost = (overlap.amax(-1) == 0) & targets.present
+    middles = (targets.boxes[..., :2] + targets.boxes[..., 2:]) / 2
+    distance = (centers - middles[:, :, None]).square().sum(-1) + _never * ~allowed
+    cells = distance.topk(_least_cells, -1, largest=False).indices
+    return torch.zeros_like(allowed).scatter_(2, cells, True) & allowed & lost[..., None]
+
+
+def _wanted(alignment: Tensor, overlap: Tensor) -> Tensor:
+    """(B, G, N): the best aligned cell is asked for its object's best overlap, others for less."""
+    share = alignment / (alignment.amax(-1, keepdim=True) + 1e-12)
+    return share * overlap.amax(-1, keepdim=True)

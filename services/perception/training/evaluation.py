@@ -1,16 +1,19 @@
 """How good a detector is on labelled pictures: average precision and calibration."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from schemas.arrays import Flags, Floats, Ints
-from services.perception.detector import Boxes
+from services.perception.boxes import Boxes
 
 overlap_thresholds: tuple[float, ...] = tuple(np.arange(0.5, 0.96, 0.05).round(2).tolist())
 
 near_side = 24.0
 """Longer side from which an object counts as near [px]: a hydrant at 7 m, the end of the depth."""
+on_ignored = 0.3
+"""A box is on an ignored object when they overlap by this (IoU): little is to be seen of it."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +25,27 @@ class Labelled:
     """(G, 4) x0 y0 x1 y1 [px]."""
     true_classes: Ints
     """(G,)"""
+    ignored_boxes: Floats
+    """(I, 4) of objects that need not be found, and that it is not wrong to find."""
+
+
+@dataclass(frozen=True)
+class Outcomes:
+    """What N boxes really were."""
+
+    boxes: Boxes
+    true_classes: Ints
+    """(N,) of the object each box is on; -1 where there is none."""
+
+    @property
+    def on_object(self) -> Flags:
+        """(N,) whether a box is on an object of any class."""
+        return self.true_classes >= 0
+
+    @property
+    def correct(self) -> Flags:
+        """(N,) whether a box is on an object of the class it names."""
+        return self.true_classes == self.boxes.classes
 
 
 def overlap_matrix(a: Floats, b: Floats) -> Floats:
@@ -60,49 +84,63 @@ def average_precision(scores: Floats, correct: Flags, positives: int) -> float:
     return float((np.diff(recall) * envelope).sum())
 
 
-def class_precisions(pictures: list[Labelled], classes: int, threshold: float) -> Floats:
+def class_precisions(pictures: Sequence[Labelled], classes: int, threshold: float) -> Floats:
     """Average precision (C,) of each class at one overlap threshold."""
     return np.array([_one_class(pictures, index, threshold) for index in range(classes)])
 
 
 def near_only(picture: Labelled) -> Labelled:
-    """The picture without small objects, small boxes, and boxes on small objects.
-
-    A box on a small object is neither right nor wrong: it was not asked for.
-    """
-    found, near = picture.found, _is_near(picture.true_boxes)
-    small = picture.true_boxes[~near]
-    on_small = (overlap_matrix(found.corners_px, small) >= 0.5).any(axis=1)
-    kept = _is_near(found.corners_px) & ~on_small
-    boxes = Boxes(found.corners_px[kept], found.scores[kept], found.class_scores[kept])
-    return Labelled(boxes, picture.true_boxes[near], picture.true_classes[near])
+    """The picture without small boxes, its small objects being ignored."""
+    near = _is_near(picture.true_boxes)
+    return Labelled(
+        found=picture.found.selected(_is_near(picture.found.corners_px)),
+        true_boxes=picture.true_boxes[near],
+        true_classes=picture.true_classes[near],
+        ignored_boxes=np.concatenate([picture.ignored_boxes, picture.true_boxes[~near]]),
+    )
 
 
-def _is_near(boxes: Floats) -> Flags:
-    return (boxes[:, 2:] - boxes[:, :2]).max(axis=1) >= near_side
+def outcomes(pictures: Sequence[Labelled]) -> Outcomes:
+    """What all boxes of all pictures really were; those on ignored objects are left out."""
+    judged = [_judged(picture) for picture in pictures]
+    columns = ("corners_px", "scores", "class_scores", "probabilities")
+    boxes = Boxes(
+        *(np.concatenate([getattr(one.boxes, name) for one in judged]) for name in columns)
+    )
+    return Outcomes(boxes, np.concatenate([one.true_classes for one in judged]))
 
 
-def outcomes(pictures: list[Labelled]) -> tuple[Floats, Floats, Flags, Ints]:
-    """Scores, class scores, whether on an object of any class, and its class, of all boxes."""
-    on_object: list[Ints] = []
-    for picture in pictures:
-        index = matches(picture.found.corners_px, picture.true_boxes, 0.5)
-        padded = np.append(picture.true_classes, -1)
-        on_object.append(padded[index].astype(np.int32))
-    true_classes = np.concatenate(on_object)
-    scores = np.concatenate([picture.found.scores for picture in pictures])
-    class_scores = np.concatenate([picture.found.class_scores for picture in pictures])
-    return scores, class_scores, true_classes >= 0, true_classes
+def _judged(picture: Labelled) -> Outcomes:
+    index = matches(picture.found.corners_px, picture.true_boxes, 0.5)
+    kept = (index >= 0) | ~_excused(picture.found.corners_px, picture.ignored_boxes)
+    true_classes = np.append(picture.true_classes, -1)[index].astype(np.int32)
+    return Outcomes(picture.found.selected(kept), true_classes[kept])
 
 
-def _one_class(pictures: list[Labelled], index: int, threshold: float) -> float:
+def above(picture: Labelled, threshold: float) -> Labelled:
+    """The picture with the boxes that reach a score."""
+    return replace(picture, found=picture.found.selected(picture.found.scores >= threshold))
+
+
+def _one_class(pictures: Sequence[Labelled], index: int, threshold: float) -> float:
     scores: list[Floats] = []
     correct: list[Flags] = []
     positives = 0
     for picture in pictures:
-        chosen = picture.found.classes == index
+        found = picture.found.selected(picture.found.classes == index)
         true_boxes = picture.true_boxes[picture.true_classes == index]
-        scores.append(picture.found.scores[chosen])
-        correct.append(matches(picture.found.corners_px[chosen], true_boxes, threshold) >= 0)
+        right = matches(found.corners_px, true_boxes, threshold) >= 0
+        judged = right | ~_excused(found.corners_px, picture.ignored_boxes)
+        scores.append(found.scores[judged])
+        correct.append(right[judged])
         positives += len(true_boxes)
     return average_precision(np.concatenate(scores), np.concatenate(correct), positives)
+
+
+def _excused(found: Floats, ignored: Floats) -> Flags:
+    """(N,) whether a box is on an object that need not be found."""
+    return overlap_matrix(found, ignored).max(axis=1, initial=0.0) >= on_ignored
+
+
+def _is_near(boxes: Floats) -> Flags:
+    return (boxes[:, 2:] - boxes[:, :2]).max(axis=1) >= near_side

@@ -5,6 +5,7 @@ separable ones with smooth activations. One 5x5 depthwise block on the coarsest 
 receptive field to the whole picture; a top-down pyramid of additions brings it to the finer maps.
 """
 
+from dataclasses import dataclass
 from typing import cast
 
 import torch
@@ -12,6 +13,8 @@ from torch import Tensor, nn
 
 strides = (8, 16, 32)
 """Of the three output maps [px]."""
+bins = 16
+"""A box reaches from a cell's centre at most `bins` - 1 strides in each direction."""
 
 
 class Convolution(nn.Sequential):
@@ -73,25 +76,27 @@ class Pyramid(nn.Module):
 
 
 class Head(nn.Module):
-    """Box, objectness and class logits of every cell of one map."""
+    """Distances to the sides of the box, and class logits, of every cell of one map."""
 
     def __init__(self, width: int, classes: int) -> None:
         super().__init__()
         self.box_branch, self.class_branch = Convolution(width, width), Convolution(width, width)
-        self.box = nn.Conv2d(width, 5, 1)
+        self.box = nn.Conv2d(width, 4 * bins, 1)
         self.classes = nn.Conv2d(width, classes, 1)
-        # One cell in a hundred holds an object: without this the first steps only unlearn.
-        nn.init.constant_(cast(Tensor, self.box.bias)[4:], -4.6)
-        nn.init.constant_(cast(Tensor, self.classes.bias), -2.0)
+        # One score in a thousand is of an object, and most boxes are a few strides wide: without
+        # this the first steps only unlearn.
+        nn.init.constant_(cast(Tensor, self.classes.bias), -6.9)
+        with torch.no_grad():
+            cast(Tensor, self.box.bias).copy_(-0.4 * torch.arange(bins).float().repeat(4))
 
     def forward(self, x: Tensor) -> Tensor:
-        """(B, H*W, 5 + C): box offsets, objectness logit, class logits."""
+        """(B, H*W, 4 * bins + C)."""
         logits = torch.cat([self.box(self.box_branch(x)), self.classes(self.class_branch(x))], 1)
         return logits.flatten(2).permute(0, 2, 1)
 
 
 class DetectorNetwork(nn.Module):
-    """Pictures (B, 3, H, W), RGB in [0, 1], to raw predictions (B, N, 5 + C).
+    """Pictures (B, 3, H, W), RGB in [0, 1], to raw predictions (B, N, 4 * bins + C).
 
     H and W are multiples of 32. N counts the cells of the maps of strides 8, 16 and 32, in this
     order, rows first.
@@ -121,15 +126,29 @@ class DetectorNetwork(nn.Module):
         self.heads = nn.ModuleList(Head(w, classes) for _ in strides)
 
     def forward(self, pictures: Tensor) -> Tensor:
-        """Raw predictions; `decode` turns them into pixels and probabilities."""
+        """Raw predictions; `decode_corners` turns their first part into pixels."""
         fine = self.stage8(self.stem(pictures))
         middle = self.stage16(fine)
         maps = self.pyramid([fine, middle, self.stage32(middle)])
         return torch.cat([head(x) for head, x in zip(self.heads, maps, strict=True)], 1)
 
 
-def cell_grid(height: int, width: int) -> tuple[Tensor, Tensor]:
-    """Centres (N, 2) as x, y [px] and strides (N, 1) [px] of all cells, float32.
+@dataclass(frozen=True)
+class Grid:
+    """The N cells of all maps of one input size."""
+
+    centers: Tensor
+    """(N, 2) as x, y [px]."""
+    sizes: Tensor
+    """(N, 1) strides [px]."""
+
+    def to(self, device: torch.device) -> "Grid":
+        """The same on another device."""
+        return Grid(self.centers.to(device), self.sizes.to(device))
+
+
+def cell_grid(height: int, width: int) -> Grid:
+    """All cells of an input, float32.
 
     In float32 from the start: a grid traced in float64 makes a graph that OpenCV refuses.
     """
@@ -142,14 +161,23 @@ def cell_grid(height: int, width: int) -> tuple[Tensor, Tensor]:
         )
         centers.append((torch.stack([x, y], -1).reshape(-1, 2) + 0.5) * stride)
         sizes.append(torch.full((len(centers[-1]), 1), float(stride)))
-    return torch.cat(centers), torch.cat(sizes)
+    return Grid(torch.cat(centers), torch.cat(sizes))
 
 
-def decode_boxes(raw: Tensor, centers: Tensor, sizes: Tensor) -> Tensor:
-    """Boxes (B, N, 4) as centre x, y, width, height [px] of raw predictions."""
-    middles = centers + raw[..., :2] * sizes
-    # The bound keeps a wild early prediction from overflowing; e^5 strides is 5000 px.
-    return torch.cat([middles, torch.exp(raw[..., 2:4].clamp(-6.0, 5.0)) * sizes], -1)
+def split(raw: Tensor) -> tuple[Tensor, Tensor]:
+    """Distance logits (B, N, 4, bins) and class logits (B, N, C) of raw predictions."""
+    return raw[..., : 4 * bins].unflatten(-1, (4, bins)), raw[..., 4 * bins :]
+
+
+def decode_corners(distances: Tensor, grid: Grid) -> Tensor:
+    """Corner boxes (B, N, 4) [px] of distance logits (B, N, 4, bins).
+
+    A distance is the mean of a distribution over whole strides, which learns finer and surer
+    than a single number (Li et al., Generalized Focal Loss, 2020).
+    """
+    steps = torch.arange(bins, dtype=torch.float32, device=distances.device)
+    mean = (distances.softmax(-1) * steps).sum(-1) * grid.sizes
+    return torch.cat([grid.centers - mean[..., :2], grid.centers + mean[..., 2:]], -1)
 
 
 class DecodedNetwork(nn.Module):
@@ -158,15 +186,17 @@ class DecodedNetwork(nn.Module):
     def __init__(self, network: DetectorNetwork, height: int, width: int) -> None:
         super().__init__()
         self.network = network
-        centers, sizes = cell_grid(height, width)
-        self.register_buffer("centers", centers)
-        self.register_buffer("sizes", sizes)
+        grid = cell_grid(height, width)
+        self.register_buffer("centers", grid.centers)
+        self.register_buffer("sizes", grid.sizes)
 
     def forward(self, pictures: Tensor) -> Tensor:
-        """(B, N, 5 + C): box [px], objectness and class probabilities."""
-        raw = self.network(pictures)
-        boxes = decode_boxes(raw, cast(Tensor, self.centers), cast(Tensor, self.sizes))
-        return torch.cat([boxes, torch.sigmoid(raw[..., 4:])], -1)
+        """(B, N, 4 + C): middle, width and height of the box [px], and class scores."""
+        distances, logits = split(self.network(pictures))
+        grid = Grid(cast(Tensor, self.centers), cast(Tensor, self.sizes))
+        corners = decode_corners(distances, grid)
+        low, high = corners[..., :2], corners[..., 2:]
+        return torch.cat([(low + high) / 2, high - low, torch.sigmoid(logits)], -1)
 
 
 def _doubled(x: Tensor) -> Tensor:

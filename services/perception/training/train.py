@@ -1,4 +1,4 @@
-"""From labelled pictures to the weights and card that the detector loads."""
+"""From labelled pictures to the weights, card and report of the detector."""
 
 import time
 from dataclasses import dataclass
@@ -12,24 +12,38 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from services.perception.calibration import Calibration
 from services.perception.card import DetectorCard, file_sha256
+from services.perception.training.augmentation import augmented, mirrored, shuffled
 from services.perception.training.export import export_network
-from services.perception.training.frames import Frame, batches, read_frames
+from services.perception.training.frames import Frame, read_frames
 from services.perception.training.loop import Training
-from services.perception.training.measurement import measured
+from services.perception.training.measurement import HeldOut, measured
+from services.perception.training.report import data_set, training_report, write_report
+from sim.assets.library import DETECTED
 
 _batch = 16
+_calm_share = 0.1
+"""Of the training, at its end, on pictures as they are."""
 _checkpoint_every_s = 60.0
-default_classes = ("cone", "hydrant", "barrel", "tree", "car", "building")
 
 
 @dataclass(frozen=True)
 class Recipe:
     """What the card says about how the weights were made."""
 
-    classes: tuple[str, ...] = default_classes
-    data: str = "random outdoor scenes rendered by sim.dataset, 320x240 px, boxes of visible parts"
+    classes: tuple[str, ...] = tuple(DETECTED)
+    data: str = "random scenes rendered by sim.dataset, 320x240 px, boxes of visible parts"
     licence: str = "Apache-2.0"
     seed: int = 0
+
+
+@dataclass(frozen=True)
+class Budget:
+    """When to stop."""
+
+    pictures: int
+    """In all, earlier calls included; the schedule is made for these."""
+    minutes: float | None
+    """Of this call."""
 
 
 def train_detector(
@@ -42,12 +56,13 @@ def train_detector(
     recipe: Recipe | None = None,
     threads: int = 1,
 ) -> dict[str, Any]:
-    """Train on `data_dir/train`, measure on `data_dir/val`, write weights and card to `out_dir`.
+    """Train on the set `train`, fit to `val`, measure on `test` and `empty`, write it all down.
 
     Args:
-        data_dir: Two data sets as `services.perception.training.frames` describes; the checkpoint
-            is kept there too.
-        out_dir: Gets `detector.onnx` and `detector.json`.
+        data_dir: Data sets as `services.perception.training.frames` describes; the checkpoint is
+            kept there too.
+        out_dir: Gets `detector.onnx`, its card `detector.json`, `detector_report.json` and
+            `detector_reliability.png`.
         epochs: Passes over the training pictures in all, earlier calls included.
         minutes: Ends this call early; a later one with `resume` goes on.
         resume: Continue from the checkpoint if there is one.
@@ -59,41 +74,58 @@ def train_detector(
         The card as a plain dict.
 
     Raises:
-        PerceptionError: the pictures are missing.
+        MissingFramesError: the pictures are missing.
+        DetectorFileError: the checkpoint is of another training.
     """
     recipe = recipe or Recipe()
     torch.set_num_threads(threads)
-    frames, held_out = read_frames(data_dir / "train"), read_frames(data_dir / "val")
-    training, checkpoint = Training(len(recipe.classes), recipe.seed), data_dir / "checkpoint.pt"
+    sets = {name: read_frames(data_dir / name) for name in ("train", "val", "test", "empty")}
+    training, checkpoint = Training(recipe.classes, recipe.seed), data_dir / "checkpoint.pt"
     if resume and checkpoint.exists():
         training.load(checkpoint)
-    _learn(training, frames, epochs * len(frames), minutes, checkpoint, progress)
+    budget = Budget(epochs * len(sets["train"]), minutes)
+    _learn(training, sets["train"], budget, checkpoint, progress)
     out_dir.mkdir(parents=True, exist_ok=True)
-    weights = out_dir / "detector.onnx"
-    export_network(training.average.cpu(), weights)
-    card = measured(_unmeasured(training, weights, recipe, len(frames)), weights, held_out)
+    card = _card(training, recipe, sets, out_dir / "detector.onnx")
+    data = {
+        name: data_set(data_dir / name, frames, recipe.classes) for name, frames in sets.items()
+    }
+    report = training_report(card, data, str(training.device), training.cpu_s, training.losses)
+    write_report(report, out_dir)
     return msgspec.to_builtins(card)
 
 
+def _card(
+    training: Training, recipe: Recipe, sets: dict[str, list[Frame]], weights: Path
+) -> DetectorCard:
+    """Write weights and card, which says how good OpenCV is with them."""
+    export_network(training.average.cpu(), weights)
+    card = _unmeasured(training, weights, recipe, len(sets["train"]))
+    return measured(card, weights, HeldOut(sets["val"], sets["test"], sets["empty"]))
+
+
 def _learn(
-    training: Training,
-    frames: list[Frame],
-    total: int,
-    minutes: float | None,
-    checkpoint: Path,
-    progress: bool,
+    training: Training, frames: list[Frame], budget: Budget, checkpoint: Path, progress: bool
 ) -> None:
-    stream, began, saved = batches(frames, _batch, training.rng), time.monotonic(), time.monotonic()
+    stream = shuffled(frames, _batch, training.rng)
+    began = saved = time.monotonic()
     with _bar(progress) as bar:
-        task = bar.add_task("training", total=total, completed=training.pictures_seen, loss=0.0)
-        while training.pictures_seen < total:
-            loss = training.step(next(stream), total)
+        task = bar.add_task(
+            "training", total=budget.pictures, completed=training.pictures_seen, loss=0.0
+        )
+        while training.pictures_seen < budget.pictures:
+            cpu_began = time.process_time()
+            calm = training.pictures_seen > (1 - _calm_share) * budget.pictures
+            changed = mirrored if calm else augmented
+            batch = [changed(frame, training.rng) for frame in next(stream)]
+            loss = training.step(batch, budget.pictures)
+            training.cpu_s += time.process_time() - cpu_began
             bar.update(task, completed=training.pictures_seen, loss=loss)
             now = time.monotonic()
             if now - saved > _checkpoint_every_s:
                 training.save(checkpoint)
                 saved = now
-            if minutes is not None and now - began > 60 * minutes:
+            if budget.minutes is not None and now - began > 60 * budget.minutes:
                 break
     training.save(checkpoint)
 

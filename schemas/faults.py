@@ -1,4 +1,4 @@
-"""What went wrong in mapping and was contained, told in words and not too often."""
+"""What went wrong in a service and was contained, told in words and not too often."""
 
 from dataclasses import dataclass
 
