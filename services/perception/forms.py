@@ -19,13 +19,13 @@ from services.perception.errors import PerceptionError
 from services.perception.surface import MEASURES, Surface
 
 ANY = "any"
-DOUBTS = ("one", "range", "cut_x_width", "cut_y_height", "hidden")
+DOUBTS = ("one", "range", "cut_x", "cut_y", "hidden")
 """What the variance of a place is linear in, with weights that are not negative: the squares of
 
     one           1
-    range         [m]
-    cut_x_width   [m], see `surface.MEASURES`
-    cut_y_height  [m]
+    range         of the surface [m]
+    cut_x         1 where the picture's left or right edge cuts the object, else 0
+    cut_y         likewise the upper or lower edge
     hidden        share of the box that the surface does not fill, times its width [m]
 """
 default_forms = Path(__file__).parent / "weights" / "forms.json"
@@ -92,7 +92,8 @@ def doubts_of(surface: Surface) -> Floats:
     """(len(DOUBTS),) see `DOUBTS`."""
     named = dict(zip(MEASURES, surface.measures.tolist(), strict=True))
     hidden = (1 - named["fill"]) * named["width"]
-    terms = [1.0, surface.depth, named["cut_x_width"], named["cut_y_height"], hidden]
+    cut_y = max(named["cut_top"], named["cut_bottom"])
+    terms = [1.0, surface.depth, named["cut_x"], cut_y, hidden]
     return np.square(np.array(terms))
 
 
