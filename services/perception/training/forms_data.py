@@ -17,7 +17,7 @@ from services.perception.surface import surface_in
 from services.perception.training.forms import Example
 from sim.annotation import TrueFrame
 from sim.assets.library import DETECTED
-from sim.sensors import noisy_depth
+from sim.sensors import measured_depth
 
 range_max = 7.0
 """Farther things are not placed [m]."""
@@ -29,7 +29,7 @@ def examples_in(truth: TrueFrame, rng: Generator) -> Iterator[Example]:
     """One for every labelled object of the picture that has a surface to be seen."""
     base_from_camera = level_from(truth.world_from_camera)
     rays = camera_rays(truth.intrinsics, base_from_camera)
-    depth = depth_metres(noisy_depth(truth.depth, range_max, rng))
+    depth = depth_metres(measured_depth(truth.depth, range_max, rng))
     for row in np.flatnonzero(~truth.frame.ignored).tolist():
         box = _as_detected(truth.frame.boxes[row].astype(np.float64), rng)
         surface = surface_in(box, depth, rays, truth.intrinsics, range_max)
