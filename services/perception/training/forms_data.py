@@ -1,4 +1,4 @@
-"""Things whose place is known: rendered pictures with the truth in space, as a robot would see them.
+"""Things whose place is known: pictures with the truth in space, rendered as a robot sees them.
 
 The base frame is level with the ground under the camera; depth has the noise of the sensor, and
 boxes are as inexact as those of a detector.
