@@ -73,4 +73,4 @@ def _gaps(offset: Floats, yaws: Floats, half: Floats) -> Floats:
 def _deviation(resultant: float) -> float:
     """Of a direction without sense, from the mean resultant of its doubled angles."""
     even = math.pi / math.sqrt(12)
-    return min(0.5 * math.sqrt(-2 * math.log(max(resultant, 1e-9))), even)
+    return min(0.5 * math.sqrt(-2 * math.log(min(max(resultant, 1e-9), 1.0))), even)
