@@ -5,14 +5,10 @@ along its width, z up, the origin in its middle.
 """
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from schemas.arrays import Floats
-
-Kind = Literal["box", "cylinder", "ball"]
-KINDS: tuple[Kind, ...] = ("box", "cylinder", "ball")
 
 _round = ("cone", "hydrant", "barrel", "tree", "mustard bottle", "pitcher")
 _balls = ("ball",)
@@ -25,7 +21,8 @@ _plate = 0.012
 class Solid:
     """One shape."""
 
-    kind: Kind
+    kind: str
+    """One of `schemas.perception.SOLID_KINDS`."""
     center: Floats
     """(3,) in the object's frame [m]."""
     size: Floats

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from services.perception.facing import facing_of
-from services.perception.solids import KINDS, solids_of
+from schemas.perception import SOLID_KINDS
+from services.perception.solids import solids_of
 
 SIZE = np.array([0.4, 0.15, 0.25])
 
@@ -56,7 +57,7 @@ def test_a_round_thing_faces_nowhere():
 def test_solids_lie_within_the_box_of_the_object(size: tuple[float, ...], label: str):
     whole = np.array([max(size[:2]), min(size[:2]), size[2]])
     for solid in solids_of(label, whole):
-        assert solid.kind in KINDS
+        assert solid.kind in SOLID_KINDS
         reach = np.abs(solid.center) + solid.size / 2
         assert (reach <= np.maximum(whole, whole.mean()) / 2 + 0.5 * whole.max()).all()
 
