@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Struct
 
-from schemas.arrays import Floats, Shape
+from schemas.arrays import Floats, Ints, Shape
 from schemas.geometry import Pose2
 
 
@@ -39,6 +39,39 @@ class Detections(Struct, frozen=True, kw_only=True):
     """Width and height of the picture the boxes lie in [px]."""
     inference_ms: float
     """Time the network took [ms]; 0 in lockstep, where time is modelled."""
+
+
+class Bodies(Struct, frozen=True, kw_only=True):
+    """The objects of one frame as bodies in space; row for row those of `Detections`.
+
+    Every object has an upright box around it: x along its longer horizontal side, y along the
+    shorter one, z up, the origin in its middle. Solids are the simple shapes that it consists of.
+    """
+
+    stamp_ns: int
+    """Of the frame, as of the `Detections` that the rows belong to."""
+    odom_from_base: Pose2
+    """Dead reckoning at the frame."""
+    positions_base: Annotated[Floats, Shape("N 3")]
+    """Middles of the boxes in the base frame [m]."""
+    wxyz_base: Annotated[Floats, Shape("N 4")]
+    """Rotations of the boxes in the base frame, unit quaternions, scalar first. Half a turn about
+    z means the same."""
+    covariances: Annotated[Floats, Shape("N 6 6")]
+    """Of x, y, z [m^2] and of small turns about the base's x, y, z [rad^2]."""
+    sizes: Annotated[Floats, Shape("N 3")]
+    """Of the boxes: length, width, height [m]."""
+    solid_rows: Annotated[Ints, Shape("S")]
+    """Row of the object that each solid belongs to."""
+    solid_kinds: Annotated[Ints, Shape("S")]
+    """Index into `SOLID_KINDS`."""
+    solid_centers: Annotated[Floats, Shape("S 3")]
+    """In the frame of the object's box [m]; solids are turned as the box is."""
+    solid_sizes: Annotated[Floats, Shape("S 3")]
+    """Of a box; diameter twice and height of a cylinder; diameter three times of a ball [m]."""
+
+
+SOLID_KINDS = ("box", "cylinder", "ball")
 
 
 class SceneObservation(Struct, frozen=True, kw_only=True):

@@ -12,7 +12,7 @@ from schemas.errors import UserError
 from schemas.health import Fault, Heartbeat, StatusRequest, SystemStatus, Tick
 from schemas.language import Annotations, Answer, Behaviors, Instruction
 from schemas.motion import BaseCommand, DriverCheckpoint, StopLatch
-from schemas.perception import Detections, SceneObservation
+from schemas.perception import Bodies, Detections, SceneObservation
 from schemas.sensing import JointState, LaserScan, Odometry, RgbdFrame
 from schemas.task import CancelRequest, Decision, Goal, GoalStatus, InstructionStatus
 
@@ -89,6 +89,7 @@ SCENE = Topic("scene", SceneObservation, _latest, 5, rank=8)
 ANSWER = Topic("answer", Answer, _never, 0, rank=9)
 ANNOTATIONS = Topic("annotations", Annotations, _never, 0, rank=12, keep_last=True)
 DETECTIONS = Topic("detections", Detections, _latest, 5, rank=13)
+BODIES = Topic("bodies", Bodies, _latest, 5, rank=21)
 GRID = Topic("map/grid", OccupancyGrid, _latest, 2, rank=14, keep_last=True)
 BELIEF = Topic("map/belief", MapBelief, _latest, 5, rank=15, keep_last=True)
 BEHAVIORS = Topic("behaviors", Behaviors, _latest, 5, rank=16, keep_last=True)
@@ -117,6 +118,7 @@ ALL_TOPICS: tuple[Topic[Any], ...] = (
     CANCEL,
     ANNOTATIONS,
     DETECTIONS,
+    BODIES,
     GRID,
     BELIEF,
     BEHAVIORS,

@@ -53,7 +53,7 @@ PROCESSES: tuple[Process, ...] = (
         node="services.perception.node:PerceptionNode",
         latency_ms=40.0,
         listens=(topics.RGBD,),
-        publishes=(topics.DETECTIONS, topics.SCENE, topics.FAULT),
+        publishes=(topics.DETECTIONS, topics.BODIES, topics.SCENE, topics.FAULT),
         purpose="finds objects and kinds of places in camera pictures",
     ),
     Process(

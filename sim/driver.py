@@ -183,7 +183,7 @@ class SapienDriver:
         return RgbdFrame(
             stamp_ns=self.stamp_ns,
             color=picture.color,
-            depth_mm=measured_depth(picture.depth, spec, rng),
+            depth_mm=measured_depth(picture.depth, spec.range_max, rng),
             intrinsics=self._camera.intrinsics,
             base_from_camera=spec.base_from_camera,
             odom_from_base=self._odom_from_base,
