@@ -30,6 +30,9 @@ def up(
     say: str | None = None,
     exit_when_done: bool = False,
     realm: str = "default",
+    camera: str = "",
+    calibration: Path | None = None,
+    tags: Path | None = None,
 ) -> int:
     """Start a system and supervise it until Ctrl-C.
 
@@ -44,18 +47,34 @@ def up(
         say: an instruction to send when everything is ready.
         exit_when_done: end with that instruction, and with its exit code.
         realm: isolates parallel systems on this machine.
+        camera: pictures from outside instead of a simulated robot, to try perception on: the number
+            of a camera, /dev/videoN, an rtsp:// or http:// address, a video, or a folder of
+            pictures.
+        calibration: JSON file with the lens of that camera.
+        tags: JSON file that says which AprilTag hangs in which place.
     """
     from robots.catalogue import get_robot
     from sim.node import require_pictures
     from sim.world import make_world
 
     get_robot(robot)
-    require_pictures(robot)
-    make_world(world, seed)
+    if camera:
+        _require_pictures_of(camera)
+    else:
+        require_pictures(robot)
+        make_world(world, seed)
     if exit_when_done and not say:
         raise UserError("--exit-when-done needs an instruction: add --say TEXT")
     run = RunConfig(
-        robot=robot, world=world, seed=seed, particles=particles, realm=realm, web_port=port
+        robot=robot,
+        world=world,
+        seed=seed,
+        particles=particles,
+        realm=realm,
+        camera=_absolute(camera),
+        camera_calibration=str(calibration.resolve()) if calibration else "",
+        tags=str(tags.resolve()) if tags else "",
+        web_port=port,
     )
     return _serve(run, not no_web, not no_record, say, exit_when_done)
 
@@ -122,6 +141,18 @@ def service(
     run = read_settings(config or RunDirectory.of(RunConfig().realm).config_file)
     run_process(process, run, connect or RunDirectory.of(run.realm).endpoint)
     return 0
+
+
+def _require_pictures_of(camera: str) -> None:
+    """Say at once what is wrong with a source, and not by a process that dies."""
+    from services.perception.camera_source import open_source
+
+    open_source(camera).close()
+
+
+def _absolute(camera: str) -> str:
+    """A path as seen from wherever the camera's process runs."""
+    return str(Path(camera).resolve()) if camera and Path(camera).exists() else camera
 
 
 def _serve(run: RunConfig, web: bool, record: bool, text: str | None, exit_when_done: bool) -> int:

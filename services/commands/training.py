@@ -13,13 +13,17 @@ from services.commands.output import print_json, print_table
 
 FRAMES = {"train": (10_000, 0), "val": (300, 1)}
 """Rendered pictures and seed of each part of the detector's data."""
+PLACES = {"train": (4_096, 0), "val": (768, 1)}
+"""The same of the classifier of places."""
+_folders = {"detector": Path("runs/detector-data"), "places": Path("runs/places-data")}
+_epochs = {"detector": 8, "places": 16}
 
 
 def train(
-    what: Annotated[Literal["grounding", "policy", "detector"], tyro.conf.Positional],
+    what: Annotated[Literal["grounding", "policy", "detector", "places"], tyro.conf.Positional],
     robot: str = "husky",
-    data: Path = Path("runs/detector-data"),
-    epochs: int = 8,
+    data: Path | None = None,
+    epochs: int | None = None,
     minutes: float | None = None,
     check: Path | None = None,
     annotate: Path | None = None,
@@ -37,11 +41,14 @@ def train(
 
     Args:
         what: grounding: words of one robot, seconds; policy: where to go, by practice in simulated
-            worlds, half an hour; detector: the camera's network, about an hour.
+            worlds, half an hour; detector: the camera's network, about an hour; places: the network
+            that tells kinds of places apart, about half an hour.
         robot: whose words (grounding), or whose policy.
-        data: folder for rendered pictures (detector); made if it is not there, resumed if it is.
-        epochs: passes over the pictures in all (detector).
-        minutes: ends this call early (detector); called again, it goes on from where it was.
+        data: folder for rendered pictures (detector, places), runs/detector-data or
+            runs/places-data if not given; made if it is not there, resumed if it is.
+        epochs: passes over the pictures in all (detector, 8; places, 16).
+        minutes: ends this call early (detector, places); called again, it goes on from where it
+            was.
         check: corpus file to check instead of training (grounding).
         annotate: file of sentences, one a line, to print in corpus format for correction instead
             of training (grounding); - reads them from stdin.
@@ -65,8 +72,11 @@ def train(
         return corpus.run(robot, check, annotate, like, json)
     if what == "policy":
         report = _policy(robot, rounds, episodes, validation, workers, moments, expert, seed)
+    elif what == "grounding":
+        report = _grounding(robot)
     else:
-        report = _grounding(robot) if what == "grounding" else _detector(data, epochs, minutes)
+        learn = _detector if what == "detector" else _places
+        report = learn(data or _folders[what], epochs or _epochs[what], minutes)
     if json:
         print_json(report)
     else:
@@ -158,15 +168,51 @@ def _policy(
 
 
 def _detector(data: Path, epochs: int, minutes: float | None) -> dict[str, Any]:
-    from services.doctor.checks import training_remedy
     from services.perception.detector import default_weights
 
-    if find_spec("torch") is None or find_spec("onnx") is None:
-        raise MissingComponentError(f"training needs torch and onnx: {training_remedy()}")
+    _require_torch()
     _render(data)
     from services.perception.training.train import train_detector
 
     return train_detector(data, default_weights.parent, epochs=epochs, minutes=minutes)
+
+
+def _places(data: Path, epochs: int, minutes: float | None) -> dict[str, Any]:
+    from services.perception.places import default_places
+
+    _require_torch()
+    _render_places(data)
+    from services.perception.training.places_train import train_places
+
+    return train_places(data, default_places.parent, epochs, minutes)
+
+
+def _require_torch() -> None:
+    from services.doctor.checks import training_remedy
+
+    if find_spec("torch") is None or find_spec("onnx") is None:
+        raise MissingComponentError(f"training needs torch and onnx: {training_remedy()}")
+
+
+def _render_places(data: Path) -> None:
+    from sim import vulkan
+
+    vulkan.activate()
+    from services.perception.training.places_frames import (
+        contact_sheet,
+        read_places,
+        write_places,
+    )
+
+    with _bar() as bar:
+        for part, (count, seed) in PLACES.items():
+            task = bar.add_task(f"rendering {part}", total=count)
+
+            def progress(done: int, total: int, task: Any = task) -> None:
+                bar.update(task, completed=done, total=total)
+
+            write_places(data / part, count, seed, progress)
+    contact_sheet(read_places(data / "val"), data / "sheet.png")
 
 
 def _render(data: Path) -> None:

@@ -16,7 +16,7 @@ from numpy.random import Generator
 from sapien import render
 
 from sim.assets.asset import Asset, Part, assemble
-from sim.assets.furniture import make_furniture
+from sim.assets.furniture_library import make_furniture
 from sim.assets.furniture_parts import WOODS, block, grain, speckled, wood_or_paint
 from sim.assets.surface import Surface
 from sim.assets.texture import Color, Texture, bricks, hsv, mottled, pick, shade

@@ -79,7 +79,7 @@ class Room:
 
 @dataclass(frozen=True)
 class Piece:
-    """One piece of furniture, `sim.assets.furniture.make_furniture(label, look)`."""
+    """One piece of furniture, `sim.assets.furniture_library.make_furniture(label, look)`."""
 
     label: str
     look: int

@@ -8,7 +8,7 @@ from numpy.random import Generator
 
 from schemas.geometry import Pose2
 from sim.assets.asset import Asset
-from sim.assets.furniture import make_furniture
+from sim.assets.furniture_library import make_furniture
 from sim.scenes.floor_plan import Rectangle
 from sim.scenes.rooms import Piece, Room, overlap, turned
 

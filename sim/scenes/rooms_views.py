@@ -29,15 +29,20 @@ def random_pose(rng: Generator, suite: Suite) -> Pose2:
     return Pose2(x, y, rng.uniform(-math.pi, math.pi))
 
 
-def camera_pose(rng: Generator, world_from_base: Pose2, camera: CameraSpec) -> Pose3:
-    """`world_from_camera` on a base that pitches and rolls a little."""
+def raised_mount(rng: Generator, camera: CameraSpec) -> Pose3:
+    """`base_from_camera` of some robot: the camera's own, higher or lower."""
+    up = Pose3((0.0, 0.0, rng.uniform(*_heights)), (1.0, 0.0, 0.0, 0.0))
+    return up @ camera.base_from_camera
+
+
+def tilted(rng: Generator, world_from_base: Pose2) -> Pose3:
+    """The base as it pitches and rolls a little."""
     pitch, roll = rng.normal(0, 0.03), rng.normal(0, 0.015)
     tilt = quaternion_product(
         (math.cos(pitch / 2), 0.0, math.sin(pitch / 2), 0.0),
         (math.cos(roll / 2), math.sin(roll / 2), 0.0, 0.0),
     )
-    raised = Pose3((0.0, 0.0, rng.uniform(*_heights)), tilt)
-    return world_from_base.lifted() @ raised @ camera.base_from_camera
+    return world_from_base.lifted() @ Pose3((0.0, 0.0, 0.0), tilt)
 
 
 def _free_point(rng: Generator, suite: Suite, room: Room) -> tuple[float, float]:
