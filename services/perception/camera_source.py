@@ -72,7 +72,7 @@ def open_source(name: str) -> CameraSource:
     if not path.is_file():
         raise CameraSourceError(
             f"no pictures from {name!r}: there is no such file; a source is the number of a "
-            "camera, /dev/videoN, an rtsp:// or http:// address, a video file, a picture, or a folder of "
+            "camera, /dev/videoN, an rtsp:// or http:// address, a video, a picture, or a folder of "
             f"pictures ({', '.join(PICTURES)})"
         )
     return _Stream(name, cv2.VideoCapture(str(path), cv2.CAP_FFMPEG))

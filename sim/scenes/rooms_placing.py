@@ -127,9 +127,9 @@ class RoomPlacing:
         low, high = asset.bounds
         long = float(high[1] - low[1])
         begin, end = (turned(side, *self.room.floor[i : i + 2])[0] for i in (0, 2))
-        if end - begin < long + 0.04:
+        if end - begin < long + 0.03:
             return None
-        along = self.rng.uniform(begin + long / 2 + 0.02, end - long / 2 - 0.02)
+        along = self.rng.uniform(begin + long / 2 + 0.01, end - long / 2 - 0.01)
         inward = 1 if side in (0, 3) else -1
         wall = turned(side, *self.room.floor[:2] if inward > 0 else self.room.floor[2:])[1]
         x, y = turned(side, along, wall + inward * (0.012 - float(low[0])))

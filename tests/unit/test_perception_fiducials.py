@@ -5,7 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robots.husky.spec import HUSKY
@@ -92,6 +92,7 @@ def test_a_picture_without_tags_gives_an_empty_message_that_survives_the_wire(re
     assert received.covariances.shape == (0, 6, 6)
 
 
+@settings(deadline=None)
 @given(
     distance=st.floats(0.5, 6.0),
     turn=st.floats(-1.1, 1.1),
@@ -100,7 +101,7 @@ def test_a_picture_without_tags_gives_an_empty_message_that_survives_the_wire(re
 def test_exact_corners_give_the_exact_pose(distance: float, turn: float, aside: float):
     rotation, position = facing(distance, turn, aside)
     found = tag_pose(projected(rotation, position), CAMERA, SIDE)
-    np.testing.assert_allclose(found.position, position, atol=2e-3 * distance)
+    np.testing.assert_allclose(found.position, position, atol=1e-5 * distance)
     assert np.all(np.linalg.eigvalsh(found.covariance) > 0)
 
 
@@ -111,17 +112,18 @@ def test_uncertainty_grows_with_range_and_with_the_angle():
 
     near, middle, far = (deviation(distance, 0.4) for distance in (1.0, 2.0, 4.0))
     assert near < middle < far
-    assert far > 6 * near
+    assert far > 4.5 * near
     assert deviation(3.0, 1.2) > deviation(3.0, 0.6)
 
 
 def test_a_tag_seen_head_on_from_afar_does_not_know_which_way_it_leans():
     """Its two solutions fit alike: the covariance must hold both."""
-    rotation, position = facing(5.0, 0.15)
+    rotation, position = facing(6.0, 0.1)
     found = tag_pose(projected(rotation, position), CAMERA, SIDE)
     assert math.sqrt(found.covariance[4, 4]) > 0.1
 
 
+@settings(deadline=None)
 @given(st.floats(-3.0, 3.0), st.floats(-1.5, 1.5), st.floats(-3.0, 3.0))
 def test_quaternion_is_the_inverse_of_the_matrix(a: float, b: float, c: float):
     rotation = np.asarray(cv2.Rodrigues(np.array([a, b, c]))[0])
