@@ -152,7 +152,8 @@ def _require_pictures_of(camera: str) -> None:
 
 def _absolute(camera: str) -> str:
     """A path as seen from wherever the camera's process runs."""
-    return str(Path(camera).resolve()) if camera and Path(camera).exists() else camera
+    is_path = camera and not camera.isdigit() and Path(camera).exists()
+    return str(Path(camera).resolve()) if is_path else camera
 
 
 def _serve(run: RunConfig, web: bool, record: bool, text: str | None, exit_when_done: bool) -> int:

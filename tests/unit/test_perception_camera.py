@@ -182,6 +182,16 @@ def test_the_node_publishes_at_the_camera_s_rate_and_says_once_that_it_is_over(f
     assert [fault.what for fault in faults if isinstance(fault, Fault)] == ["no more pictures"]
 
 
+def test_a_broken_picture_is_told_of_and_the_next_one_shown(folder: Path):
+    (folder / "0.png").write_bytes(b"cut short")
+    node = CameraNode(RunConfig(robot="husky", camera=str(folder)), np.random.default_rng(0))
+    ticks = [Tick(stamp_ns=number * 1_000_000_000) for number in range(2)]
+    refused, shown = [output for tick in ticks for output in node.on_tick(tick)]
+    assert refused.message.what == "picture refused"
+    assert "0.png" in refused.message.detail
+    assert shown.message.color[0, 0].tolist() == list(COLORS[1])
+
+
 def test_pictures_from_outside_take_the_robot_s_place():
     def names(**settings: str) -> set[str]:
         run = RunConfig(**settings)

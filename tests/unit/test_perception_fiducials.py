@@ -129,7 +129,7 @@ def test_quaternion_is_the_inverse_of_the_matrix(a: float, b: float, c: float):
     rotation = np.asarray(cv2.Rodrigues(np.array([a, b, c]))[0])
     w, x, y, z = quaternion(rotation).tolist()
     again = Pose3((0.0, 0.0, 0.0), (w, x, y, z)).rotation()
-    np.testing.assert_allclose(again, rotation, atol=1e-9)
+    np.testing.assert_allclose(again, rotation, atol=1e-6)
 
 
 def seen(number: int) -> Fiducials:

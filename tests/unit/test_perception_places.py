@@ -1,5 +1,6 @@
 """Windows, points and distributions of the classifier of places, and the process around it."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from schemas.codec import decode, encode
 from schemas.geometry import Pose2, Pose3
 from schemas.perception import Fiducials, SceneObservation
 from schemas.run import RunConfig
-from schemas.sensing import RgbdFrame
+from schemas.sensing import Intrinsics, RgbdFrame
 from services.mapping.looks import log_likelihoods
 from services.mapping.soundness import flaw_of
 from services.perception.places import (
@@ -34,11 +35,11 @@ from services.perception.places_picture import (
 from services.perception.rays import camera_rays
 from services.perception.scenes_node import ScenesNode
 from sim.assets.tag import tag_texture
-from sim.rendering.camera import intrinsics
 from sim.scenes.rooms import ROOM_KINDS
 
 SPEC = WHEELCHAIR.camera
-CAMERA = intrinsics(SPEC.width, SPEC.height, SPEC.horizontal_fov)
+FOCAL = SPEC.width / 2 / math.tan(SPEC.horizontal_fov / 2)
+CAMERA = Intrinsics(SPEC.width, SPEC.height, FOCAL, FOCAL, 479.5, 119.5)
 
 
 @pytest.mark.parametrize(
