@@ -72,7 +72,7 @@ def open_source(name: str) -> CameraSource:
     if not path.is_file():
         raise CameraSourceError(
             f"no pictures from {name!r}: no such file; a source is the number of a camera, "
-            "/dev/videoN, an rtsp:// or http:// address, a video, a picture, or a folder of pictures "
+            "/dev/videoN, an rtsp:// or http:// address, a video, a picture, or a folder of them "
             f"({', '.join(PICTURES)})"
         )
     return _Stream(name, cv2.VideoCapture(str(path), cv2.CAP_FFMPEG))

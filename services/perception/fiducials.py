@@ -29,8 +29,14 @@ _scale_share = 0.005
 """Of the tag's side and the focal length."""
 _magnified_below = 480
 """Pictures with fewer rows are enlarged: cells of a distant tag are a pixel or two."""
+_steps = 15
+_still = 1e-18
+"""Steps whose squared length is less change nothing."""
 _half_pixel = 0.5
 """OpenCV's AprilTag corners count from the corner of the first pixel, ours from its middle."""
+
+Pose = tuple[Floats, Floats]
+"""Rotation (3, 3) and position (3,) [m] of a tag in the camera frame."""
 
 
 @dataclass(frozen=True)
@@ -90,16 +96,16 @@ def tag_pose(corners: Floats, camera: Intrinsics, side: float) -> TagPose:
     """Pose of a tag whose corners (4, 2) [px] were seen and whose side is known [m]."""
     points = _corner_points(side)
     matrix = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
-    solutions = _solutions(points, corners, matrix)
-    errors = [_squared_error(points, one, corners, camera) for one in solutions]
+    first = _refined(points, _start(points, corners, matrix), corners, camera)
+    solutions = [first, _refined(points, _mirrored(first), corners, camera)]
+    errors = [float((_residual(points, one, corners, camera) ** 2).sum()) for one in solutions]
     best, other = int(np.argmin(errors)), int(np.argmax(errors))
-    rotation, position = solutions[best]
-    variance = _corner_variance(rotation, position)
-    covariance = _spread(points, rotation, position, camera, variance)
-    if other != best:
+    variance = _corner_variance(*solutions[best])
+    covariance = _spread(points, solutions[best], camera, variance)
+    if best != other:
         gap = math.exp(-(errors[other] - errors[best]) / (2 * variance))
         covariance += gap / (1 + gap) * _difference(solutions[best], solutions[other])
-    return TagPose(rotation, position, covariance)
+    return TagPose(*solutions[best], covariance)
 
 
 def place_rows(tags: Fiducials, table: TagTable, types: tuple[str, ...]) -> tuple[Floats, Floats]:
@@ -124,23 +130,44 @@ def quaternion(rotation: Floats) -> Floats:
     return np.concatenate([[math.cos(angle / 2)], math.sin(angle / 2) * axis])
 
 
-def _solutions(points: Floats, corners: Floats, matrix: Floats) -> list[tuple[Floats, Floats]]:
-    """Rotations and positions of least squared error, one or two.
+def _start(points: Floats, corners: Floats, matrix: Floats) -> Pose:
+    """A pose near one of the solutions.
 
-    The closed form alone is off by millimetres, and is no number for a tag seen exactly head on.
+    Not by OpenCV's closed form for squares (IPPE), which would give both: in version 5.0 its
+    rotations are wrong by tens of degrees.
     """
-    starts: list[tuple[Floats, Floats]] = []
-    for method in (cv2.SOLVEPNP_IPPE_SQUARE, cv2.SOLVEPNP_ITERATIVE):
-        _, turns, shifts, _ = cv2.solvePnPGeneric(points, corners, matrix, None, flags=method)
-        found = zip(turns, shifts, strict=True)
-        starts += [one for one in found if np.isfinite(np.concatenate(one)).all()]
-        if starts:
-            break
-    refined = [cv2.solvePnPRefineLM(points, corners, matrix, None, *one) for one in starts]
-    return [
-        (np.asarray(cv2.Rodrigues(turn)[0], np.float64), np.asarray(shift, np.float64).reshape(3))
-        for turn, shift in refined
-    ]
+    _, turn, shift = cv2.solvePnP(points, corners, matrix, None, flags=cv2.SOLVEPNP_ITERATIVE)
+    rotation = np.asarray(cv2.Rodrigues(turn)[0], np.float64)
+    return rotation, np.asarray(shift, np.float64).reshape(3)
+
+
+def _mirrored(pose: Pose) -> Pose:
+    """The tag as it would lean the other way: half a turn about the view, and one in its plane."""
+    rotation, position = pose
+    view = position / np.linalg.norm(position)
+    about_view = 2 * np.outer(view, view) - np.eye(3)
+    return about_view @ rotation @ np.diag([-1.0, -1.0, 1.0]), position
+
+
+def _refined(points: Floats, start: Pose, corners: Floats, camera: Intrinsics) -> Pose:
+    """The pose of least squared error near a start (Levenberg, 1944; Marquardt, 1963)."""
+    pose, damping = start, 1e-6
+    residual = _residual(points, pose, corners, camera)
+    for _ in range(_steps):
+        jacobian = _jacobian(points, pose, camera)
+        normal = jacobian.T @ jacobian
+        damped = normal + damping * np.diag(np.diag(normal))
+        step = np.linalg.solve(damped, jacobian.T @ residual)
+        turn = np.asarray(cv2.Rodrigues(step[3:])[0], np.float64)
+        moved = (turn @ pose[0], pose[1] + step[:3])
+        after = _residual(points, moved, corners, camera)
+        if after @ after < residual @ residual:
+            pose, residual, damping = moved, after, damping / 10
+            if step @ step < _still:
+                break
+        else:
+            damping *= 10
+    return pose
 
 
 def _corner_points(side: float) -> Floats:
@@ -148,15 +175,23 @@ def _corner_points(side: float) -> Floats:
     return side / 2 * np.array([(-1.0, 1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)])
 
 
-def _projected(points: Floats, pose: tuple[Floats, Floats], camera: Intrinsics) -> Floats:
+def _residual(points: Floats, pose: Pose, corners: Floats, camera: Intrinsics) -> Floats:
+    """How far each corner is from where a pose puts it (8,) [px]."""
     x, y, z = (points @ pose[0].T + pose[1]).T
-    return np.stack([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy], axis=1)
+    drawn = np.stack([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy], axis=1)
+    return (corners - drawn).reshape(-1)
 
 
-def _squared_error(
-    points: Floats, pose: tuple[Floats, Floats], corners: Floats, camera: Intrinsics
-) -> float:
-    return float(((_projected(points, pose, camera) - corners) ** 2).sum())
+def _jacobian(points: Floats, pose: Pose, camera: Intrinsics) -> Floats:
+    """Change (8, 6) of the corners [px] with position [m] and a small turn [rad]."""
+    arms = points @ pose[0].T
+    rows: list[Floats] = []
+    for arm, (x, y, z) in zip(arms, arms + pose[1], strict=True):
+        by_point = np.array(
+            [[camera.fx / z, 0, -camera.fx * x / z**2], [0, camera.fy / z, -camera.fy * y / z**2]]
+        )
+        rows.append(by_point @ np.hstack([np.eye(3), -_cross(arm)]))
+    return np.vstack(rows)
 
 
 def _corner_variance(rotation: Floats, position: Floats) -> float:
@@ -165,25 +200,17 @@ def _corner_variance(rotation: Floats, position: Floats) -> float:
     return (_corner_px * (1 + _slant * (1 / max(cosine, 0.1) - 1))) ** 2
 
 
-def _spread(
-    points: Floats, rotation: Floats, position: Floats, camera: Intrinsics, variance: float
-) -> Floats:
+def _spread(points: Floats, pose: Pose, camera: Intrinsics, variance: float) -> Floats:
     """Covariance (6, 6) that errors of the corners, of the mount and of scale cause."""
-    turned = points @ rotation.T
-    rows: list[Floats] = []
-    for arm, (x, y, z) in zip(turned, turned + position, strict=True):
-        by_point = np.array(
-            [[camera.fx / z, 0, -camera.fx * x / z**2], [0, camera.fy / z, -camera.fy * y / z**2]]
-        )
-        rows.append(by_point @ np.hstack([np.eye(3), -_cross(arm)]))
-    jacobian = np.vstack(rows)
+    jacobian = _jacobian(points, pose, camera)
     covariance = variance * np.linalg.inv(jacobian.T @ jacobian)
-    lever = np.vstack([-_cross(position), np.eye(3)])
-    along = np.concatenate([position, np.zeros(3)])
-    return covariance + _mount_rad**2 * lever @ lever.T + _scale_share**2 * np.outer(along, along)
+    lever = np.vstack([-_cross(pose[1]), np.eye(3)])
+    along = np.concatenate([pose[1], np.zeros(3)])
+    covariance += _mount_rad**2 * lever @ lever.T
+    return covariance + _scale_share**2 * np.outer(along, along)
 
 
-def _difference(one: tuple[Floats, Floats], other: tuple[Floats, Floats]) -> Floats:
+def _difference(one: Pose, other: Pose) -> Floats:
     """Outer product (6, 6) of the step from one solution to the other."""
     turn = np.asarray(cv2.Rodrigues(other[0] @ one[0].T)[0], np.float64).reshape(3)
     step = np.concatenate([other[1] - one[1], turn])
