@@ -93,7 +93,7 @@ class _Stream:
 
     def picture(self) -> Picture | None:
         found, picture = self._capture.read()
-        if not found or picture is None:
+        if not found:
             return None
         return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), np.uint8)
 

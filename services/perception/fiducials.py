@@ -67,7 +67,8 @@ class TagReader:
         if factor > 1:
             grey = cv2.resize(grey, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC)
         found, numbers, _ = self._detector.detectMarkers(grey)
-        if numbers is None or not len(numbers):
+        if not found:
+            # Then the numbers are None.
             return np.zeros(0, np.int32), np.zeros((0, 4, 2))
         corners = np.asarray(found, np.float64).reshape(-1, 4, 2)
         return np.asarray(numbers, np.int32).reshape(-1), corners / factor - _half_pixel

@@ -9,24 +9,42 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 import sapien
 from numpy.random import Generator
 from sapien import render
 
+from robots.spec import CameraSpec
 from sim.assets.asset import Asset, Part, assemble
 from sim.assets.furniture_library import make_furniture
 from sim.assets.furniture_parts import WOODS, block, grain, speckled, wood_or_paint
 from sim.assets.surface import Surface
 from sim.assets.texture import Color, Texture, bricks, hsv, mottled, pick, shade
 from sim.rendering.bodies import entity, render_body
+from sim.rendering.camera import Camera
 from sim.scenes.floor_plan import Rectangle
 from sim.scenes.rooms import DOOR_HEIGHT, Room, Suite, turned
 
 _skirting = 0.08
 _tile = 2.0
 """Side of one repetition of a floor's texture [m]."""
+
+
+class RoomStudio:
+    """A scene with a camera, in which suites are shown one after another."""
+
+    def __init__(self, spec: CameraSpec) -> None:
+        self._scene = sapien.Scene([render.RenderSystem()])
+        self.camera = Camera(self._scene, spec.width, spec.height, spec.horizontal_fov)
+
+    @contextmanager
+    def showing(self, suite: Suite, rng: Generator) -> Iterator[RoomStage]:
+        """Put a suite up, and take it off again."""
+        stage = RoomStage(self._scene, suite, rng)
+        yield stage
+        stage.strike()
 
 
 class RoomStage:

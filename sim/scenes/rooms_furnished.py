@@ -143,7 +143,8 @@ def _hallway(room: RoomPlacing) -> None:
 def _lobby(room: RoomPlacing) -> None:
     side = int(room.rng.integers(4))
     for _ in range(int(room.rng.integers(1, 4))):
-        room.by_wall("lift doors", (side,)) or room.by_wall("lift doors")
+        if room.by_wall("lift doors", (side,)) is None:
+            room.by_wall("lift doors")
     for label, chance in (("ash stand", 0.4), ("bench seat", 0.1)):
         if room.chance(chance):
             room.by_wall(label)

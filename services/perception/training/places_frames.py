@@ -8,7 +8,6 @@ in the order of `sim.scenes.rooms.ROOM_KINDS`, -1 for doorways and where nothing
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -47,31 +46,23 @@ class PlaceRenderer:
     """Renders random suites one after another in one SAPIEN scene."""
 
     def __init__(self) -> None:
-        # sapien must not be imported before the driver it draws with is active.
-        import sapien  # noqa: PLC0415
-        from sapien import render  # noqa: PLC0415
+        # sapien, and with it the driver that it draws with, is needed by those alone who render.
+        from sim.rendering.rooms import RoomStudio  # noqa: PLC0415
 
-        from sim.rendering.camera import Camera  # noqa: PLC0415
-        from sim.rendering.rooms import RoomStage  # noqa: PLC0415
-
-        self._stage: Callable[..., Any] = RoomStage
-        self._scene = sapien.Scene([render.RenderSystem()])
-        self._camera = Camera(self._scene, _spec.width, _spec.height, _spec.horizontal_fov)
+        self._studio = RoomStudio(_spec)
 
     def pictures(self, seed: int, number: int) -> list[PlacePicture]:
         """The pictures of one suite of a seed; the same arrays on every call."""
         rng = np.random.default_rng([seed, number])
         suite = furnished_suite(rng, ROOM_KINDS[number % len(ROOM_KINDS)])
-        stage = self._stage(self._scene, suite, rng)
-        pictures = [self._picture(rng, suite, random_pose(rng, suite)) for _ in range(_views)]
-        stage.strike()
-        return pictures
+        with self._studio.showing(suite, rng):
+            return [self._picture(rng, suite, random_pose(rng, suite)) for _ in range(_views)]
 
     def _picture(self, rng: np.random.Generator, suite: Suite, pose: Pose2) -> PlacePicture:
         from sim.sensors import measured_depth  # noqa: PLC0415
 
         mount = raised_mount(rng, _spec)
-        picture = self._camera.picture(tilted(rng, pose) @ mount)
+        picture = self._studio.camera.picture(tilted(rng, pose) @ mount)
         depth = depth_metres(measured_depth(picture.depth, _spec, rng))
         points = self._points(depth, mount)
         here = _type_id(suite, np.array([pose.x, pose.y]))
@@ -79,7 +70,7 @@ class PlaceRenderer:
         return PlacePicture(window_pictures(picture.color), here, np.array(ahead, np.int32))
 
     def _points(self, depth: Floats, mount: Pose3) -> Floats:
-        return points_ahead(depth, camera_rays(self._camera.intrinsics, mount))
+        return points_ahead(depth, camera_rays(self._studio.camera.intrinsics, mount))
 
 
 def _type_id(suite: Suite, point: Floats) -> int:
