@@ -37,7 +37,7 @@ def middle(suite: Suite, yaw: float) -> Pose2:
 
 @pytest.fixture(scope="module")
 def studio():
-    from sim.rendering.rooms import RoomStudio
+    from sim.rendering.rooms import RoomStudio  # noqa: PLC0415
 
     return RoomStudio(SPEC)
 
