@@ -19,6 +19,11 @@ class RunConfig(Struct, frozen=True, kw_only=True):
     """Radius of the field of view that an experiment gives the robot; 0 is its own camera's."""
     view_fov_rad: float = 0.0
     """Width of that field of view; not used while `view_range_m` is 0."""
+    web_port: int = 8080
+    web_token: str = ""
+    """Secret in the page's address; "" lets the page make one up. Never recorded."""
+    log: str = ""
+    """File the recorder writes; "" records nothing."""
     tags: str = ""
     """JSON file that says which tag hangs in which place; "" numbers the robot's places from 0."""
     camera: str = ""
@@ -26,8 +31,3 @@ class RunConfig(Struct, frozen=True, kw_only=True):
     folder; "" is the robot's own camera."""
     camera_calibration: str = ""
     """JSON file with the lens of `camera`; "" supposes one with the robot's field of view."""
-    web_port: int = 8080
-    web_token: str = ""
-    """Secret in the page's address; "" lets the page make one up. Never recorded."""
-    log: str = ""
-    """File the recorder writes; "" records nothing."""

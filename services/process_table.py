@@ -64,6 +64,14 @@ PROCESSES: tuple[Process, ...] = (
         purpose="drives the base and reads the sensors",
     ),
     Process(
+        name="perception",
+        node="services.perception.node:PerceptionNode",
+        latency_ms=40.0,
+        listens=(topics.RGBD,),
+        publishes=(topics.DETECTIONS, topics.SCENE),
+        purpose="finds objects and kinds of places in camera pictures",
+    ),
+    Process(
         name="camera",
         node="services.perception.camera_node:CameraNode",
         latency_ms=0.0,
@@ -72,14 +80,6 @@ PROCESSES: tuple[Process, ...] = (
         tick_hz=30.0,
         lockstep=False,
         purpose="reads pictures of a real camera or from files, in place of the robot",
-    ),
-    Process(
-        name="perception",
-        node="services.perception.node:PerceptionNode",
-        latency_ms=40.0,
-        listens=(topics.RGBD,),
-        publishes=(topics.DETECTIONS, topics.SCENE),
-        purpose="finds objects in camera pictures",
     ),
     Process(
         name="scenes",

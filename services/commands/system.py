@@ -27,12 +27,12 @@ def up(
     no_web: bool = False,
     no_record: bool = False,
     port: int = 8080,
-    say: str | None = None,
-    exit_when_done: bool = False,
-    realm: str = "default",
     camera: str = "",
     calibration: Path | None = None,
     tags: Path | None = None,
+    say: str | None = None,
+    exit_when_done: bool = False,
+    realm: str = "default",
 ) -> int:
     """Start a system and supervise it until Ctrl-C.
 
@@ -44,14 +44,14 @@ def up(
         no_web: without the page.
         no_record: without a log.
         port: of the page; the next free one is taken if it is in use.
-        say: an instruction to send when everything is ready.
-        exit_when_done: end with that instruction, and with its exit code.
-        realm: isolates parallel systems on this machine.
         camera: pictures from outside instead of a simulated robot, to try perception on: the number
             of a camera, /dev/videoN, an rtsp:// or http:// address, a video, or a folder of
             pictures.
         calibration: JSON file with the lens of that camera.
         tags: JSON file that says which AprilTag hangs in which place.
+        say: an instruction to send when everything is ready.
+        exit_when_done: end with that instruction, and with its exit code.
+        realm: isolates parallel systems on this machine.
     """
     from robots.catalogue import get_robot
     from sim.node import require_pictures
