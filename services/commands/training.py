@@ -13,10 +13,6 @@ from services.commands.output import print_json, print_table
 
 FRAMES = {"train": (10_000, 0), "val": (300, 1)}
 """Rendered pictures and seed of each part of the detector's data."""
-PLACES = {"train": (4_096, 0), "val": (768, 1)}
-"""The same of the classifier of places."""
-_folders = {"detector": Path("runs/detector-data"), "places": Path("runs/places-data")}
-_epochs = {"detector": 8, "places": 16}
 
 
 def train(
@@ -42,11 +38,11 @@ def train(
     Args:
         what: grounding: words of one robot, seconds; policy: where to go, by practice in simulated
             worlds, half an hour; detector: the camera's network, about an hour; places: the network
-            that tells kinds of places apart, about half an hour.
+            that tells kinds of places apart, half an hour.
         robot: whose words (grounding), or whose policy.
-        data: folder for rendered pictures (detector, places), runs/detector-data or
-            runs/places-data if not given; made if it is not there, resumed if it is.
-        epochs: passes over the pictures in all (detector, 8; places, 16).
+        data: folder for rendered pictures (detector, places); made if it is not there, resumed if
+            it is. By default runs/detector-data or runs/places-data.
+        epochs: passes over the pictures in all (detector, 8 by default; places, 16).
         minutes: ends this call early (detector, places); called again, it goes on from where it
             was.
         check: corpus file to check instead of training (grounding).
@@ -72,11 +68,13 @@ def train(
         return corpus.run(robot, check, annotate, like, json)
     if what == "policy":
         report = _policy(robot, rounds, episodes, validation, workers, moments, expert, seed)
-    elif what == "grounding":
-        report = _grounding(robot)
+    elif what == "places":
+        from services.commands import places
+
+        report = places.learn(data or Path("runs/places-data"), epochs or 16, minutes)
     else:
-        learn = _detector if what == "detector" else _places
-        report = learn(data or _folders[what], epochs or _epochs[what], minutes)
+        folder, passes = data or Path("runs/detector-data"), epochs or 8
+        report = _grounding(robot) if what == "grounding" else _detector(folder, passes, minutes)
     if json:
         print_json(report)
     else:
@@ -168,51 +166,15 @@ def _policy(
 
 
 def _detector(data: Path, epochs: int, minutes: float | None) -> dict[str, Any]:
+    from services.doctor.checks import training_remedy
     from services.perception.detector import default_weights
 
-    _require_torch()
+    if find_spec("torch") is None or find_spec("onnx") is None:
+        raise MissingComponentError(f"training needs torch and onnx: {training_remedy()}")
     _render(data)
     from services.perception.training.train import train_detector
 
     return train_detector(data, default_weights.parent, epochs=epochs, minutes=minutes)
-
-
-def _places(data: Path, epochs: int, minutes: float | None) -> dict[str, Any]:
-    from services.perception.places import default_places
-
-    _require_torch()
-    _render_places(data)
-    from services.perception.training.places_train import train_places
-
-    return train_places(data, default_places.parent, epochs, minutes)
-
-
-def _require_torch() -> None:
-    from services.doctor.checks import training_remedy
-
-    if find_spec("torch") is None or find_spec("onnx") is None:
-        raise MissingComponentError(f"training needs torch and onnx: {training_remedy()}")
-
-
-def _render_places(data: Path) -> None:
-    from sim import vulkan
-
-    vulkan.activate()
-    from services.perception.training.places_frames import (
-        contact_sheet,
-        read_places,
-        write_places,
-    )
-
-    with _bar() as bar:
-        for part, (count, seed) in PLACES.items():
-            task = bar.add_task(f"rendering {part}", total=count)
-
-            def progress(done: int, total: int, task: Any = task) -> None:
-                bar.update(task, completed=done, total=total)
-
-            write_places(data / part, count, seed, progress)
-    contact_sheet(read_places(data / "val"), data / "sheet.png")
 
 
 def _render(data: Path) -> None:
