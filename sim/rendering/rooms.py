@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Generator as Steps
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -40,7 +41,7 @@ class RoomStudio:
         self.camera = Camera(self._scene, spec.width, spec.height, spec.horizontal_fov)
 
     @contextmanager
-    def showing(self, suite: Suite, rng: Generator) -> Iterator[RoomStage]:
+    def showing(self, suite: Suite, rng: Generator) -> Steps[RoomStage]:
         """Put a suite up, and take it off again."""
         stage = RoomStage(self._scene, suite, rng)
         yield stage
