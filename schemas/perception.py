@@ -91,3 +91,28 @@ class SceneObservation(Struct, frozen=True, kw_only=True):
     """Where the places are that were classified; (0, 0) is where the robot stands [m]."""
     probabilities: Annotated[Floats, Shape("N T")]
     """Calibrated type distribution of each point under even odds; a row sums to 1."""
+
+
+class Fiducials(Struct, frozen=True, kw_only=True):
+    """Square tags of a known size that one frame shows, and where they are.
+
+    A tag's frame has its origin in the middle, +x to the right and +y up as one looks at it, and +z
+    out of it, towards whoever looks.
+    """
+
+    stamp_ns: int
+    """Of the frame."""
+    family: str
+    """Which codes the tags bear."""
+    odom_from_base: Pose2
+    """Dead reckoning at the frame."""
+    ids: Annotated[Ints, Shape("N")]
+    """Numbers of the tags in their family."""
+    corners_px: Annotated[Floats, Shape("N 4 2")]
+    """In the picture: upper left, upper right, lower right, lower left as the tag is read."""
+    positions_base: Annotated[Floats, Shape("N 3")]
+    """Middles of the tags in the base frame [m]."""
+    wxyz_base: Annotated[Floats, Shape("N 4")]
+    """Orientations `base_from_tag`, unit quaternions, scalar first."""
+    covariances: Annotated[Floats, Shape("N 6 6")]
+    """Of position [m] and of a small turn about the base's axes [rad], in this order."""

@@ -28,3 +28,10 @@ class RunConfig(Struct, frozen=True, kw_only=True):
     """Secret in the page's address; "" lets the page make one up. Never recorded."""
     log: str = ""
     """File the recorder writes; "" records nothing."""
+    tags: str = ""
+    """JSON file that says which tag hangs in which place; "" numbers the robot's places from 0."""
+    camera: str = ""
+    """Where pictures come from instead of the simulated robot: a device, an address, a file or a
+    folder; "" is the robot's own camera."""
+    camera_calibration: str = ""
+    """JSON file with the lens of `camera`; "" supposes one with the robot's field of view."""

@@ -54,8 +54,11 @@ VERBS: dict[str, Verb] = {
         "one episode in lockstep, as fast as it computes",
         'episode --world hydrant --say "go to the hydrant behind the cone" --json',
     ),
+    "look": Verb(
+        "pictures:look", "what is seen in pictures of a camera or from files", "look --camera 0"
+    ),
     "bench": Verb("bench:bench", "run an experiment beside the paper's", "bench grounding"),
-    "train": Verb("training:train", "train grounding or detector from our data", "train grounding"),
+    "train": Verb("training:train", "train from our own data", "train grounding"),
     "record": Verb("logs:record", "record a running system", "record --out run.mcap"),
     "replay": Verb("logs:replay", "play a log back", "replay runs/RUN.mcap --to web"),
     "log": Verb("logs:log", "inspect, check, mend or export a log", "log info runs/RUN.mcap"),

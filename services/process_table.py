@@ -7,8 +7,10 @@ whose handlers differ is not started. So the drawn graph and the access rules ar
 from dataclasses import dataclass
 from typing import Any
 
+from robots.catalogue import get_robot
 from schemas import topics
 from schemas.errors import UserError
+from schemas.run import RunConfig
 from schemas.topics import Topic
 
 Topics = tuple[Topic[Any], ...]
@@ -29,7 +31,20 @@ class Process:
     """How often the node gets a `Tick`; 0 for nodes that only answer messages."""
     lockstep: bool = True
     """Whether the process takes part where no person watches."""
+    needs_places: bool = False
+    """Whether the process only runs for robots that have words for places."""
     purpose: str = ""
+
+    def takes_part(self, run: RunConfig) -> bool:
+        """Whether the process belongs to a run.
+
+        Raises:
+            UnknownRobotError: the run names no robot that there is.
+        """
+        if self.name in ("camera", "robot"):
+            # Pictures from outside have no robot that drives through them.
+            return bool(run.camera) == (self.name == "camera")
+        return not self.needs_places or bool(get_robot(run.robot).symbols.locations)
 
 
 PROCESSES: tuple[Process, ...] = (
@@ -55,6 +70,25 @@ PROCESSES: tuple[Process, ...] = (
         listens=(topics.RGBD,),
         publishes=(topics.DETECTIONS, topics.BODIES, topics.SCENE, topics.FAULT),
         purpose="finds objects and kinds of places in camera pictures",
+    ),
+    Process(
+        name="camera",
+        node="services.perception.camera_node:CameraNode",
+        latency_ms=0.0,
+        listens=(topics.TICK,),
+        publishes=(topics.RGBD, topics.FAULT),
+        tick_hz=30.0,
+        lockstep=False,
+        purpose="reads pictures of a real camera or from files, in place of the robot",
+    ),
+    Process(
+        name="scenes",
+        node="services.perception.scenes_node:ScenesNode",
+        latency_ms=30.0,
+        listens=(topics.RGBD,),
+        publishes=(topics.SCENE, topics.FIDUCIALS),
+        needs_places=True,
+        purpose="recognises kinds of places by their looks and by tags",
     ),
     Process(
         name="grounding",

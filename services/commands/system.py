@@ -28,6 +28,9 @@ def up(
     no_web: bool = False,
     no_record: bool = False,
     port: int = 8080,
+    camera: str = "",
+    calibration: Path | None = None,
+    tags: Path | None = None,
     say: str | None = None,
     exit_when_done: bool = False,
     realm: str = "default",
@@ -44,6 +47,11 @@ def up(
         no_web: without the page.
         no_record: without a log.
         port: of the page; the next free one is taken if it is in use.
+        camera: pictures from outside instead of a simulated robot, to try perception on: the number
+            of a camera, /dev/videoN, an rtsp:// or http:// address, a video, or a folder of
+            pictures.
+        calibration: JSON file with the lens of that camera.
+        tags: JSON file that says which AprilTag hangs in which place.
         say: an instruction to send when everything is ready.
         exit_when_done: end with that instruction, and with its exit code.
         realm: isolates parallel systems on this machine.
@@ -55,8 +63,11 @@ def up(
     from sim.world import make_world
 
     get_robot(robot)
-    require_pictures(robot)
-    make_world(world, seed)
+    if camera:
+        _require_pictures_of(camera)
+    else:
+        require_pictures(robot)
+        make_world(world, seed)
     if exit_when_done and not say:
         raise UserError("--exit-when-done needs an instruction: add --say TEXT")
     detectors, detector_classes = chosen(detector, classes)
@@ -68,6 +79,9 @@ def up(
         realm=realm,
         detectors=detectors,
         detector_classes=detector_classes,
+        camera=_absolute(camera),
+        camera_calibration=str(calibration.resolve()) if calibration else "",
+        tags=str(tags.resolve()) if tags else "",
         web_port=port,
     )
     return _serve(run, not no_web, not no_record, say, exit_when_done)
@@ -141,6 +155,19 @@ def service(
     run = read_settings(config or RunDirectory.of(RunConfig().realm).config_file)
     run_process(process, run, connect or RunDirectory.of(run.realm).endpoint)
     return 0
+
+
+def _require_pictures_of(camera: str) -> None:
+    """Say at once what is wrong with a source, and not by a process that dies."""
+    from services.perception.camera_source import open_source
+
+    open_source(camera).close()
+
+
+def _absolute(camera: str) -> str:
+    """A path as seen from wherever the camera's process runs."""
+    is_path = camera and not camera.isdigit() and Path(camera).exists()
+    return str(Path(camera).resolve()) if is_path else camera
 
 
 def _serve(run: RunConfig, web: bool, record: bool, text: str | None, exit_when_done: bool) -> int:

@@ -13,10 +13,10 @@ from services.commands.output import print_json, print_table
 
 
 def train(
-    what: Annotated[Literal["grounding", "policy", "detector"], tyro.conf.Positional],
+    what: Annotated[Literal["grounding", "policy", "detector", "places"], tyro.conf.Positional],
     robot: str = "husky",
-    data: Path = Path("runs/detector-data"),
-    epochs: int = 8,
+    data: Path | None = None,
+    epochs: int | None = None,
     minutes: float | None = None,
     check: Path | None = None,
     annotate: Path | None = None,
@@ -34,11 +34,14 @@ def train(
 
     Args:
         what: grounding: words of one robot, seconds; policy: where to go, by practice in simulated
-            worlds, half an hour; detector: the camera's network, about an hour.
+            worlds, half an hour; detector: the camera's network, about an hour; places: the network
+            that tells kinds of places apart, half an hour.
         robot: whose words (grounding), or whose policy.
-        data: folder for rendered pictures (detector); made if it is not there, resumed if it is.
-        epochs: passes over the pictures in all (detector).
-        minutes: ends this call early (detector); called again, it goes on from where it was.
+        data: folder for rendered pictures (detector, places); made if it is not there, resumed if
+            it is. By default runs/detector-data or runs/places-data.
+        epochs: passes over the pictures in all (detector, 8 by default; places, 16).
+        minutes: ends this call early (detector, places); called again, it goes on from where it
+            was.
         check: corpus file to check instead of training (grounding).
         annotate: file of sentences, one a line, to print in corpus format for correction instead
             of training (grounding); - reads them from stdin.
@@ -62,9 +65,16 @@ def train(
         return corpus.run(robot, check, annotate, like, json)
     if what == "policy":
         report = _policy(robot, rounds, episodes, validation, workers, moments, expert, seed)
+    elif what == "places":
+        from services.commands import places
+
+        report = places.learn(data or Path("runs/places-data"), epochs or 16, minutes)
     else:
+        folder, passes = data or Path("runs/detector-data"), epochs or 8
         report = (
-            _grounding(robot) if what == "grounding" else _detector(data, epochs, minutes, workers)
+            _grounding(robot)
+            if what == "grounding"
+            else _detector(folder, passes, minutes, workers)
         )
     if json:
         print_json(report)

@@ -49,7 +49,8 @@ def log_path(run: RunConfig, runs: Path) -> Path:
 def chosen_processes(run: RunConfig) -> list[Process]:
     """Rows of the table that take part in a run."""
     left_out = {name for name, on in (("web", run.web_token), ("recorder", run.log)) if not on}
-    return [process for process in PROCESSES if process.name not in left_out]
+    taking_part = [process for process in PROCESSES if process.takes_part(run)]
+    return [process for process in taking_part if process.name not in left_out]
 
 
 def free_port(wanted: int, tries: int = 50) -> int:

@@ -25,7 +25,11 @@ class Assembly:
 
 def table_assembly(run: RunConfig) -> Assembly:
     """Every node of the table that takes part in lockstep, with the camera's pictures drawn."""
-    nodes = {process: build_node(process, run) for process in PROCESSES if process.lockstep}
+    nodes = {
+        process: build_node(process, run)
+        for process in PROCESSES
+        if process.lockstep and process.takes_part(run)
+    }
     robot = next(node for node in nodes.values() if isinstance(node, RobotNode))
     assert isinstance(robot.driver, SapienDriver)
     return Assembly(nodes, robot.driver)
@@ -47,7 +51,8 @@ def modelled_assembly(run: RunConfig, settings: PerceptionSettings) -> Assembly:
     for process in PROCESSES:
         if process.name in models:
             nodes[_row(process)] = models[process.name]
-        elif process.lockstep:
+        elif process.lockstep and not process.needs_places:
+            # Modelled perception recognises places too.
             nodes[process] = build_node(process, run)
     return Assembly(nodes, driver)
 

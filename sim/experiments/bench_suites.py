@@ -11,7 +11,7 @@ from sim.experiments.report import Outcome, Row, Settings
 
 SUITES = {
     "runtime": ["wire", "codec", "startup"],
-    "perception": ["shader", "camera", "detector"],
+    "perception": ["shader", "camera", "detector", "fiducials"],
     "mapping": ["mapping", "mapping_growth"],
 }
 """Benchmarks of each part."""

@@ -19,12 +19,13 @@ BENCHMARKS: dict[str, int] = {
     "shader": 15,
     "camera": 25,
     "detector": 51,
+    "fiducials": 25,
     "startup": 5,
     "mapping": 15,
     "mapping_growth": 15,
 }
 """Module below this package, and its rounds unless asked for others."""
-DRAWING = {"shader", "camera", "startup"}
+DRAWING = {"shader", "camera", "fiducials", "startup"}
 """Those that need a Vulkan device."""
 
 _head = ("metric", "ours", "95 %", "peer", "ratio", "baseline ratio")

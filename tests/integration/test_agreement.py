@@ -29,7 +29,7 @@ from services.runtime.worker import build_node
 
 run = RunConfig(realm="agreement", seed=3, particles=30)
 seconds = 8
-members = [process for process in PROCESSES if process.lockstep]
+members = [process for process in PROCESSES if process.lockstep and process.takes_part(run)]
 
 
 @dataclass
