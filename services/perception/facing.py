@@ -42,7 +42,7 @@ def facing_of(points: Floats, center: Floats, size: Floats, distance: float) -> 
         distance: from the camera [m].
     """
     step = max(1, len(points) // _most_points)
-    yaws = np.arange(_tried) * (math.pi / _tried) - math.pi / 2
+    yaws = np.linspace(-math.pi / 2, math.pi / 2, _tried, endpoint=False, dtype=np.float64)
     gaps = _gaps(points[::step] - center, yaws, size / 2)
     noise = _noise[0] + _noise[1] * distance
     misfit = np.mean(np.minimum(gaps, _farthest) ** 2, axis=1) / noise**2

@@ -7,13 +7,13 @@ import numpy as np
 from robots.catalogue import get_robot
 from schemas import topics
 from schemas.faults import FaultLog
-from schemas.perception import Detections
 from schemas.run import RunConfig
 from schemas.sensing import RgbdFrame
 from schemas.topics import Handlers, Output
 from services.perception.bank import detector_of
 from services.perception.errors import PerceptionError
-from services.perception.scene import detections_in
+from services.perception.forms import read_forms
+from services.perception.scene import Recogniser
 from services.perception.soundness import require_sound
 
 
@@ -21,8 +21,8 @@ class PerceptionNode:
     """Finds the objects of each frame; remembers nothing from one frame to the next."""
 
     def __init__(self, run: RunConfig, rng: np.random.Generator) -> None:
-        self._range_max = get_robot(run.robot).camera.range_max
-        self._detector = detector_of(run)
+        range_max = get_robot(run.robot).camera.range_max
+        self._recogniser = Recogniser(detector_of(run), read_forms(), range_max)
         self._faults, self._dropped = FaultLog("perception"), 0
 
     def handlers(self) -> Handlers:
@@ -30,16 +30,16 @@ class PerceptionNode:
         return {topics.RGBD: self.on_frame}
 
     def on_frame(self, frame: RgbdFrame) -> Iterable[Output]:
-        """One `Detections` for every frame that shows anything: an empty one is evidence too.
+        """`Detections` and `Bodies` for every frame that shows anything: none is evidence too.
 
         A frame in which nothing can be recognised is dropped and told of: to see nothing in it
         would be evidence against everything.
         """
         try:
             require_sound(frame)
-            found: Detections = detections_in(frame, self._detector, self._range_max)
+            detections, bodies = self._recogniser.recognised(frame)
         except PerceptionError as error:
             self._dropped += 1
             self._faults.note("frame dropped", f"{error}; {self._dropped} dropped so far")
             return [topics.FAULT.of(one) for one in self._faults.due(frame.stamp_ns)]
-        return [topics.DETECTIONS.of(found)]
+        return [topics.DETECTIONS.of(detections), topics.BODIES.of(bodies)]

@@ -63,7 +63,7 @@ class PlaceRenderer:
 
         mount = raised_mount(rng, _spec)
         picture = self._studio.camera.picture(tilted(rng, pose) @ mount)
-        depth = depth_metres(measured_depth(picture.depth, _spec, rng))
+        depth = depth_metres(measured_depth(picture.depth, _spec.range_max, rng))
         points = self._points(depth, mount)
         here = _type_id(suite, np.array([pose.x, pose.y]))
         ahead = [_type_id(suite, point) for point in pose.apply(points)]
