@@ -1,21 +1,29 @@
-"""A training picture and the boxes that belong to it."""
+"""A training picture, the boxes that belong to it, and how much of each object shows."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-SMALLEST_SIDES = (4, 8)
-"""Boxes whose shorter and longer side are less than this many pixels are not labelled."""
-LEAST_VISIBLE = 0.15
-"""Nor are objects that show less than this part of their unoccluded box inside the picture."""
+from schemas.geometry import Pose3
+from schemas.sensing import Intrinsics
+from sim.assets.asset import Asset
+
+SMALLEST_SIDES = (5, 12)
+"""Objects whose box has a shorter or longer side of less than this many pixels are ignored."""
+LEAST_VISIBLE = 0.35
+"""So are those of which less than this part shows: hidden, or outside the picture."""
+_samples = 400
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class TrainingFrame:
-    """A picture and what a detector should find in it."""
+    """A picture and what a detector should find in it, N objects."""
 
     color: NDArray[np.uint8]
     """(H, W, 3) RGB."""
@@ -23,15 +31,77 @@ class TrainingFrame:
     """(N, 4) x1, y1, x2, y2 [px] around visible pixels, right and lower edges exclusive."""
     classes: NDArray[np.int64]
     """(N,) indices into `DETECTED`."""
+    ignored: NDArray[np.bool_]
+    """(N,) too small or too much hidden to be asked for; a detection of it is no mistake."""
+    visible: NDArray[np.float32]
+    """(N,) share of the object's surface towards the camera that shows in the picture."""
 
 
-def visible_box(mask: NDArray[np.bool_], whole: float) -> NDArray[np.float32] | None:
-    """Box (4,) around the true pixels, or None if too small or too much of `whole` is hidden."""
+@dataclass(frozen=True)
+class TrueFrame:
+    """A training picture with the truth in space; for evaluation alone."""
+
+    frame: TrainingFrame
+    """Its N objects are those of the arrays below, in the same order."""
+    depth: NDArray[np.float32]
+    """(H, W) along the optical axis, without noise [m]; 0 where there is only sky."""
+    intrinsics: Intrinsics
+    world_from_camera: Pose3
+    """Camera axes: x right, y down, z forward; z of the world is up."""
+    centers: Floats
+    """(N, 3) middles of the oriented bounding boxes in the camera frame [m]."""
+    rotations: Floats
+    """(N, 3, 3) camera_from_object: columns are the box's axes in the camera frame."""
+    sizes: Floats
+    """(N, 3) sides of the boxes along those axes [m]."""
+
+
+def visible_box(mask: NDArray[np.bool_]) -> NDArray[np.float32] | None:
+    """Box (4,) around the true pixels, or None if there is none."""
     columns, rows = np.flatnonzero(mask.any(axis=0)), np.flatnonzero(mask.any(axis=1))
     if len(columns) == 0:
         return None
-    box = np.array([columns[0], rows[0], columns[-1] + 1, rows[-1] + 1], np.float32)
+    return np.array([columns[0], rows[0], columns[-1] + 1, rows[-1] + 1], np.float32)
+
+
+def is_ignored(box: NDArray[np.float32], visible: float) -> bool:
+    """Whether an object is too small or too much hidden for a label."""
     short, long = sorted((float(box[2] - box[0]), float(box[3] - box[1])))
-    if short < SMALLEST_SIDES[0] or long < SMALLEST_SIDES[1]:
-        return None
-    return box if np.count_nonzero(mask) >= LEAST_VISIBLE * whole else None
+    return short < SMALLEST_SIDES[0] or long < SMALLEST_SIDES[1] or visible < LEAST_VISIBLE
+
+
+def visible_share(
+    mask: NDArray[np.bool_], asset: Asset, camera_from_asset: Pose3, camera: Intrinsics
+) -> float:
+    """Part of the surface towards the camera whose pixels are in the mask (H, W).
+
+    Weighted as the picture shows it, by tilt and distance. What an object hides of itself counts
+    as seen; what lies outside the picture does not.
+    """
+    points, normals = surface_samples(asset)
+    seen, turned = camera_from_asset.apply(points), normals @ camera_from_asset.rotation().T
+    distance = np.linalg.norm(seen, axis=1)
+    weight = np.maximum(-np.einsum("ij,ij->i", turned, seen), 0) / np.maximum(distance, 0.05) ** 3
+    depth = np.maximum(seen[:, 2], 1e-3)
+    u = np.floor(camera.fx * seen[:, 0] / depth + camera.cx + 0.5)
+    v = np.floor(camera.fy * seen[:, 1] / depth + camera.cy + 0.5)
+    inside = (seen[:, 2] > 0.05) & (u >= 0) & (v >= 0) & (u < camera.width) & (v < camera.height)
+    shows = np.zeros(len(points), np.bool_)
+    shows[inside] = mask[v[inside].astype(int), u[inside].astype(int)]
+    return float((weight * shows).sum() / max(float(weight.sum()), 1e-12))
+
+
+@lru_cache(maxsize=256)
+def surface_samples(asset: Asset) -> tuple[Floats, Floats]:
+    """Points (400, 3) spread evenly over an asset's surface [m], and their unit normals."""
+    corners = np.concatenate([mesh.vertices[mesh.triangles] for mesh in asset.meshes])
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(cross, axis=1)
+    rng = np.random.default_rng(0)
+    chosen = rng.choice(len(area), _samples, p=area / area.sum())
+    a, b = rng.random((2, _samples, 1))
+    folded = a + b > 1
+    a, b = np.where(folded, 1 - a, a), np.where(folded, 1 - b, b)
+    first, second, third = corners[chosen].transpose(1, 0, 2)
+    points = first + a * (second - first) + b * (third - first)
+    return points, cross[chosen] / area[chosen, None]

@@ -1,102 +1,194 @@
-"""Training pictures for the object detector, rendered from random scenes.
+"""Pictures for the object detector, rendered from random scenes, in four sets.
+
+    python -m sim.dataset runs/detector-data --workers 2
+
+renders all that training and judging need, and after an interruption goes on where it was;
+`incognita train detector` does the same first. The sets are `train`, `val`, `test` and `empty`
+(distractors alone); no look, scene or light of one is in another (`sim.scenes.training_model`).
+
+    runs/detector-data/
+      train/
+        frames/000000.jpg ...   320 x 240 RGB
+        shards/000000.npz ...   labels of 60 frames each:
+          count    (60,) int            objects of each frame; the arrays below hold all N of them
+          boxes    (N, 4) float32       x0 y0 x1 y1 [px] around visible pixels
+          classes  (N,) int64           index into `sim.assets.library.DETECTED`
+          ignored  (N,) bool            too small or too much hidden to be asked for: neither
+                                        training nor evaluation minds whether it is found
+          visible  (N,) float32         share of the object that shows
+          part, seed, recipe            what the shard was made from
+        sheet.png               the first frames with their boxes
+      val/ test/ empty/         likewise
 
 In memory, for ever, the same for the same seed:
 
-    for frame in render_frames(seed=0):      # about 20 frames/s on one core
-        frame.color, frame.boxes, frame.classes
+    for frame in render_frames("train", seed=0):
+        frame.color, frame.boxes, frame.classes, frame.ignored
 
-On disk, resumable after an interruption, and back:
-
-    write_dataset(Path("train"), count=3000, seed=0, progress=lambda done, count: None)
-    frames = Dataset(Path("train"))          # len(frames), frames[i] is a TrainingFrame
-    contact_sheet(frames).save("sheet.png")
-
-`python -m sim.dataset --help` does the same. Class ids index `sim.assets.library.DETECTED`.
-Use another seed for validation. A Vulkan driver must be active (`sim.vulkan`).
+A Vulkan driver must be active (`sim.vulkan`).
 """
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable, Iterator, Sequence
+import multiprocessing
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from functools import lru_cache
 from itertools import count as count_from
-from itertools import islice
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
-from PIL import Image, ImageDraw
+from PIL import Image
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from sim.annotation import TrainingFrame
-from sim.assets.library import DETECTED
+from sim.contact_sheet import contact_sheet
+from sim.scenes.training_model import get_part
 from sim.vulkan import activate
 
+if TYPE_CHECKING:
+    from sim.frames import FrameRenderer
+
+COUNTS: dict[str, int] = {"train": 12_000, "val": 600, "test": 1_000, "empty": 500}
+"""Pictures of each set."""
 FRAMES_PER_SHARD = 60
+RECIPE = 1
+"""Counted up when scenes, looks or labels change: shards of another recipe are rendered anew."""
+
+Progressed = Callable[[str, int, int], None]
+"""Told the set, its frames that are there, and how many it will have."""
 
 
-def render_frames(seed: int, first_scene: int = 0) -> Iterator[TrainingFrame]:
-    """Training frames without end, six of each random scene."""
-    # sapien, and with it the driver, is needed by those alone who render.
-    from sim.frames import FrameRenderer  # noqa: PLC0415
-
-    renderer = FrameRenderer()
+def render_frames(part: str, seed: int, first_scene: int = 0) -> Iterator[TrainingFrame]:
+    """Frames of a set without end, six of each random scene."""
     for scene in count_from(first_scene):
-        yield from renderer.frames(seed, scene)
+        yield from _renderer().frames(get_part(part), seed, scene)
+
+
+def write_sets(
+    folder: Path,
+    counts: Mapping[str, int] = COUNTS,
+    seed: int = 0,
+    workers: int = 1,
+    progress: Progressed = lambda part, done, count: None,
+) -> None:
+    """Write several sets, each in a folder of its name with a contact sheet."""
+    for part, count in counts.items():
+        write_dataset(folder / part, part, count, seed, workers, progress)
+        contact_sheet(Dataset(folder / part)).save(folder / part / "sheet.png")
 
 
 def write_dataset(
     path: Path,
+    part: str,
     count: int,
-    seed: int,
-    resume: bool = True,
-    progress: Callable[[int, int], None] = lambda done, count: None,
+    seed: int = 0,
+    workers: int = 1,
+    progress: Progressed = lambda part, done, count: None,
 ) -> None:
-    """Write `count` frames as `frames/000000.jpg` and labels in `shards/000000.npz`.
+    """Write `count` frames of a set, those of complete shards excepted.
 
-    A shard is written when its pictures are complete; with `resume` the shards already there are
-    kept if they are of the same seed. `progress` is called after every shard with the frames done
-    and `count`.
+    With more than one worker, shards are rendered by processes of their own. `progress` is called
+    at once and after every shard.
     """
-    from sim.frames import FRAMES_PER_SCENE, FrameRenderer  # noqa: PLC0415
-
     (path / "frames").mkdir(parents=True, exist_ok=True)
     (path / "shards").mkdir(exist_ok=True)
-    renderer: FrameRenderer | None = None
-    for start in range(0, count, FRAMES_PER_SHARD):
-        size = min(FRAMES_PER_SHARD, count - start)
-        shard = path / "shards" / f"{start:06d}.npz"
-        if not (resume and _is_complete(shard, size, seed)):
-            renderer = renderer or FrameRenderer()
-            first = start // FRAMES_PER_SCENE
-            scenes = range(first, first + math.ceil(size / FRAMES_PER_SCENE))
-            frames = [frame for scene in scenes for frame in renderer.frames(seed, scene)]
-            _write_shard(path, shard, start, seed, frames[:size])
-        progress(start + size, count)
+    starts = range(0, count, FRAMES_PER_SHARD)
+    shards = [Shard(path, part, seed, at, min(FRAMES_PER_SHARD, count - at)) for at in starts]
+    missing = [shard for shard in shards if not shard.is_complete()]
+    done = count - sum(shard.size for shard in missing)
+    progress(part, done, count)
+    for shard in _written(missing, workers):
+        done += shard.size
+        progress(part, done, count)
 
 
-def _is_complete(shard: Path, size: int, seed: int) -> bool:
-    if not shard.exists():
-        return False
-    with np.load(shard) as arrays:
-        return len(arrays["count"]) == size and int(arrays["seed"]) == seed
+@dataclass(frozen=True)
+class Shard:
+    """Frames of a set that are rendered and written together."""
+
+    folder: Path
+    part: str
+    seed: int
+    start: int
+    """Number of the first frame, a multiple of `FRAMES_PER_SHARD`."""
+    size: int
+
+    @property
+    def path(self) -> Path:
+        """The file of its labels."""
+        return self.folder / "shards" / f"{self.start:06d}.npz"
+
+    def is_complete(self) -> bool:
+        """Whether it has been written as it would be written now."""
+        if not self.path.exists():
+            return False
+        with np.load(self.path) as arrays:
+            made = {name: arrays[name].tolist() for name in ("part", "seed", "recipe")
+                    if name in arrays}  # fmt: skip
+            wanted = {"part": self.part, "seed": self.seed, "recipe": RECIPE}
+            return made == wanted and len(arrays["count"]) == self.size
 
 
-def _write_shard(
-    path: Path, shard: Path, start: int, seed: int, frames: Sequence[TrainingFrame]
-) -> None:
-    for index, frame in enumerate(frames, start):
-        name = path / "frames" / f"{index:06d}.jpg"
+def _written(shards: Sequence[Shard], workers: int) -> Iterator[Shard]:
+    """The shards as they get done."""
+    if workers <= 1:
+        for shard in shards:
+            _write(shard)
+            yield shard
+        return
+    # A forked process would share the driver's state with its parent.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, context, initializer=activate) as pool:
+        running = {pool.submit(_write, shard): shard for shard in shards}
+        for future in as_completed(running):
+            future.result()
+            yield running[future]
+
+
+def _write(shard: Shard) -> None:
+    """Pictures first: the labels say that the shard is complete."""
+    frames = _rendered(shard)
+    for index, frame in enumerate(frames, shard.start):
+        name = shard.folder / "frames" / f"{index:06d}.jpg"
         Image.fromarray(frame.color).save(name, quality=95, subsampling=0)
-    partial = shard.with_suffix(".partial.npz")
+    partial = shard.path.with_suffix(".partial.npz")
     np.savez(
         partial,
-        seed=seed,
+        part=shard.part,
+        seed=shard.seed,
+        recipe=RECIPE,
         count=np.array([len(frame.classes) for frame in frames]),
         boxes=np.concatenate([frame.boxes for frame in frames]),
         classes=np.concatenate([frame.classes for frame in frames]),
+        ignored=np.concatenate([frame.ignored for frame in frames]),
+        visible=np.concatenate([frame.visible for frame in frames]),
     )
-    partial.rename(shard)
+    partial.rename(shard.path)
+
+
+def _rendered(shard: Shard) -> list[TrainingFrame]:
+    # sapien, and with it the driver, is needed by those alone who render.
+    from sim.frames import FRAMES_PER_SCENE  # noqa: PLC0415
+
+    first = shard.start // FRAMES_PER_SCENE
+    scenes = range(first, first + math.ceil(shard.size / FRAMES_PER_SCENE))
+    part = get_part(shard.part)
+    frames = [frame for scene in scenes for frame in _renderer().frames(part, shard.seed, scene)]
+    return frames[: shard.size]
+
+
+@lru_cache(maxsize=1)
+def _renderer() -> FrameRenderer:
+    """The renderer of this process."""
+    from sim.frames import FrameRenderer  # noqa: PLC0415
+
+    return FrameRenderer()
 
 
 class Dataset(Sequence[TrainingFrame]):
@@ -104,56 +196,56 @@ class Dataset(Sequence[TrainingFrame]):
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._boxes: list[NDArray[np.float32]] = []
-        self._classes: list[NDArray[np.int64]] = []
+        self._rows: list[tuple[int, dict[str, np.ndarray]]] = []
         for shard in sorted((path / "shards").glob("??????.npz")):
             with np.load(shard) as arrays:
                 cuts = np.cumsum(arrays["count"])[:-1]
-                self._boxes += np.split(arrays["boxes"], cuts)
-                self._classes += np.split(arrays["classes"], cuts)
+                names = ("boxes", "classes", "ignored", "visible")
+                columns = {name: np.split(arrays[name], cuts) for name in names}
+                for row in range(len(arrays["count"])):
+                    one = {name: column[row] for name, column in columns.items()}
+                    self._rows.append((int(shard.stem) + row, one))
 
     def __len__(self) -> int:
-        return len(self._boxes)
+        return len(self._rows)
 
     def __getitem__(self, index: int) -> TrainingFrame:  # pyright: ignore[reportIncompatibleMethodOverride]
-        boxes, classes = self._boxes[index], self._classes[index]
-        name = self._path / "frames" / f"{index % len(self):06d}.jpg"
-        return TrainingFrame(np.asarray(Image.open(name)), boxes, classes)
+        number, columns = self._rows[index]
+        picture = Image.open(self._path / "frames" / f"{number:06d}.jpg")
+        return TrainingFrame(np.asarray(picture), **columns)
 
 
-def contact_sheet(frames: Sequence[TrainingFrame], columns: int = 5, rows: int = 5) -> Image.Image:
-    """The first frames side by side with their boxes drawn in."""
-    chosen = list(islice(frames, columns * rows))
-    height, width = chosen[0].color.shape[:2]
-    sheet = Image.new("RGB", (columns * width, rows * height))
-    for index, frame in enumerate(chosen):
-        at = (index % columns * width, index // columns * height)
-        sheet.paste(_annotated(frame), at)
-    return sheet
+def progress_bar() -> Progress:
+    """One line for each set."""
+    return Progress(
+        TextColumn("rendering {task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+    )
 
 
-def _annotated(frame: TrainingFrame) -> Image.Image:
-    image = Image.fromarray(frame.color)
-    draw = ImageDraw.Draw(image)
-    for box, label in zip(frame.boxes.tolist(), frame.classes.tolist(), strict=True):
-        draw.rectangle((box[0], box[1], box[2] - 1, box[3] - 1), outline=(255, 255, 0))
-        draw.text((box[0] + 2, box[1] + 1), DETECTED[label], fill=(255, 255, 0))
-    return image
+def write_sets_visibly(folder: Path, counts: Mapping[str, int], seed: int, workers: int) -> None:
+    """As `write_sets`, with progress bars on stderr."""
+    activate()
+    with progress_bar() as bar:
+        tasks = {part: bar.add_task(part, total=count) for part, count in counts.items()}
+        write_sets(folder, counts, seed, workers,
+                   lambda part, done, count: bar.update(tasks[part], completed=done))  # fmt: skip
 
 
 def main() -> None:
-    """Write a dataset and its contact sheet from the command line."""
-    parser = argparse.ArgumentParser(description="Render training pictures for the detector.")
-    parser.add_argument("path", type=Path)
-    parser.add_argument("--count", type=int, default=3000)
+    """Write the sets from the command line."""
+    parser = argparse.ArgumentParser(description="Render the detector's pictures.")
+    parser.add_argument("folder", type=Path)
+    for part, count in COUNTS.items():
+        parser.add_argument(f"--{part}", type=int, default=count, help=f"pictures, {count}")
     parser.add_argument("--seed", type=int, default=0)
-    arguments = parser.parse_args()
-    activate()
-    write_dataset(
-        arguments.path, arguments.count, arguments.seed,
-        progress=lambda done, count: print(f"\r{done}/{count}", end="", flush=True),
-    )  # fmt: skip
-    contact_sheet(Dataset(arguments.path)).save(arguments.path / "sheet.png")
+    parser.add_argument("--workers", type=int, default=1, help="processes that render")
+    arguments = vars(parser.parse_args())
+    counts = {part: arguments[part] for part in COUNTS if arguments[part] > 0}
+    write_sets_visibly(arguments["folder"], counts, arguments["seed"], arguments["workers"])
 
 
 if __name__ == "__main__":

@@ -11,9 +11,6 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from schemas.errors import MissingComponentError, UserError
 from services.commands.output import print_json, print_table
 
-FRAMES = {"train": (10_000, 0), "val": (300, 1)}
-"""Rendered pictures and seed of each part of the detector's data."""
-
 
 def train(
     what: Annotated[Literal["grounding", "policy", "detector"], tyro.conf.Positional],
@@ -49,7 +46,7 @@ def train(
         rounds: of acting and learning (policy).
         episodes: in every round, of each kind of world and sentence (policy).
         validation: likewise after every round, in worlds that are not trained on (policy).
-        workers: processes that act at once (policy).
+        workers: processes that act (policy) or render (detector) at once.
         moments: K, of the features over the hypotheses, 1 to 3; the report compares them (policy).
         expert: who is imitated (policy): least_way and detection_rate know what the robot knows
             and plan a search or look where it is likeliest to see something soon; clairvoyant, the
@@ -66,7 +63,9 @@ def train(
     if what == "policy":
         report = _policy(robot, rounds, episodes, validation, workers, moments, expert, seed)
     else:
-        report = _grounding(robot) if what == "grounding" else _detector(data, epochs, minutes)
+        report = (
+            _grounding(robot) if what == "grounding" else _detector(data, epochs, minutes, workers)
+        )
     if json:
         print_json(report)
     else:
@@ -157,29 +156,19 @@ def _policy(
         return train_policy(settings, progress)
 
 
-def _detector(data: Path, epochs: int, minutes: float | None) -> dict[str, Any]:
+def _detector(data: Path, epochs: int, minutes: float | None, workers: int) -> dict[str, Any]:
     from services.doctor.checks import training_remedy
     from services.perception.detector import default_weights
 
     if find_spec("torch") is None or find_spec("onnx") is None:
         raise MissingComponentError(f"training needs torch and onnx: {training_remedy()}")
-    _render(data)
+    _render(data, workers)
     from services.perception.training.train import train_detector
 
     return train_detector(data, default_weights.parent, epochs=epochs, minutes=minutes)
 
 
-def _render(data: Path) -> None:
-    from sim import vulkan
+def _render(data: Path, workers: int) -> None:
+    from sim.dataset import COUNTS, write_sets_visibly
 
-    vulkan.activate()
-    from sim.dataset import write_dataset
-
-    with _bar() as bar:
-        for part, (count, seed) in FRAMES.items():
-            task = bar.add_task(f"rendering {part}", total=count)
-
-            def progress(done: int, total: int, task: Any = task) -> None:
-                bar.update(task, completed=done, total=total)
-
-            write_dataset(data / part, count, seed, progress=progress)
+    write_sets_visibly(data, COUNTS, seed=0, workers=workers)

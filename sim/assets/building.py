@@ -1,4 +1,4 @@
-"""Buildings and walls: boxes under brick, plaster or concrete with windows, doors and roofs."""
+"""Buildings: boxes under brick, plaster or concrete with windows, doors and roofs."""
 
 from __future__ import annotations
 
@@ -112,17 +112,3 @@ def _gable(rng: Generator, length: float, depth: float, height: float) -> list[P
     ends = [[(x, a, z) for a, z in outline] for x in (-length / 2 - 0.25, length / 2 + 0.25)]
     tiles = bricks(rng, color, shade(color, 0.6), 16, 128)
     return [Part(loft(np.array(ends)).tiled(2, 5), texture=tiles)]
-
-
-def make_wall(rng: Generator) -> Asset:
-    """A free-standing wall of 3 to 5 m along y, 1.2 to 2 m high."""
-    length, height, depth = rng.uniform(3, 5), rng.uniform(1.2, 2.0), 0.25
-    texture = (
-        bricks(rng, pick(rng, BRICK, 0.03), (0.68, 0.65, 0.6), 16, 128)
-        if rng.random() < 0.6
-        else mottled(rng, (0.62, 0.61, 0.58), 0.06, 128)
-    )
-    body = box(depth, length, height).tiled(length / 1.2, height / 1.2).at((0, 0, height / 2))
-    cap = Part(box(depth + 0.08, length + 0.08, 0.08).at((0, 0, height + 0.04)), (0.55, 0.54, 0.52))
-    shape = box_shape((-depth / 2, -length / 2, 0), (depth / 2, length / 2, height + 0.08))
-    return assemble("wall", [Part(body, texture=texture), cap], [shape])

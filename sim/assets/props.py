@@ -130,15 +130,6 @@ def make_bush(rng: Generator) -> Asset:
     return assemble("bush", parts, [cylinder_shape(size, 0, size * 1.3)])
 
 
-def make_ball(rng: Generator) -> Asset:
-    """A ball in a bright colour, or striped, of 0.2 to 0.5 m."""
-    radius = rng.uniform(0.1, 0.25)
-    color = hsv(rng.random(), 0.8, 0.85)
-    stripe = bands(color, [(0.4, 0.6, (0.95, 0.95, 0.95))] if rng.random() < 0.5 else [])
-    part = Part(ball(radius, 2).at((0, 0, radius)), texture=stripe, roughness=0.3)
-    return assemble("ball", [part], [cylinder_shape(radius, 0, 2 * radius)])
-
-
 def grounded(vertices: Floats) -> Floats:
     """Vertices (n, 3) with whatever lies under the ground pressed up to just below it."""
     return np.maximum(vertices, [-np.inf, -np.inf, -0.02])

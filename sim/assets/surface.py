@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -112,17 +113,22 @@ def cylinder(radius: float, length: float, sides: int = 14) -> Surface:
 
 def box(x: float, y: float, z: float) -> Surface:
     """Box centred at the origin; each face carries the whole texture upright."""
-    return join(
-        [_face(np.array([x, y, z]) / 2, axis, sign) for axis in range(3) for sign in (1, -1)]
-    )
+    cube = _cube()
+    return Surface(cube.vertices * (np.array([x, y, z]) / 2), cube.triangles, cube.uvs)
 
 
-def _face(half: Floats, axis: int, sign: int) -> Surface:
+@lru_cache(maxsize=1)
+def _cube() -> Surface:
+    """The box of half side 1; rooms are made of hundreds."""
+    return join([_face(axis, sign) for axis in range(3) for sign in (1, -1)])
+
+
+def _face(axis: int, sign: int) -> Surface:
     normal = np.eye(3)[axis] * sign
     up = np.eye(3)[2] if axis < 2 else np.eye(3)[1]
     right = np.cross(up, normal)
     corners = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
-    vertices = np.array([(normal + a * right + b * up) * half for a, b in corners])
+    vertices = np.array([normal + a * right + b * up for a, b in corners])
     uvs = np.array([((a + 1) / 2, (1 - b) / 2) for a, b in corners])
     return Surface(vertices, np.array([[0, 1, 2], [0, 2, 3]]), uvs)
 

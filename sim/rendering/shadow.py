@@ -1,7 +1,7 @@
-"""Shadows on flat ground without a shadow pass: the object's mesh pressed flat along the sun.
+"""Shadows on level surfaces without a shadow pass: the mesh pressed flat along the sun.
 
-The renderer draws them as ordinary surfaces just above the floor, with the floor's own texture made
-darker. Objects do not shade one another; that is the price of a picture in 20 ms on a CPU.
+The renderer draws them as ordinary surfaces just above the floor or the table, with its own texture
+made darker. Objects do not shade one another; that is the price of a picture in 20 ms on a CPU.
 """
 
 from __future__ import annotations
@@ -11,11 +11,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from schemas.geometry import Pose3
 from sim.assets.asset import Asset, Mesh
-from sim.assets.surface import rotation
-from sim.assets.texture import Texture
-from sim.rendering.ground import TILE
-from sim.scenes.model import PlacedObject, Sun
+from sim.rendering.ground import Covering
+from sim.scenes.model import Sun
 
 LIFT = 0.004
 """Height above the floor [m], enough to win the depth test at 30 m."""
@@ -37,21 +36,27 @@ def shadow_brightness(sun: Sun) -> float:
     return (sun.ambient / (sun.ambient + direct)) ** (1 / 2.2)
 
 
-def shadow_mesh(asset: Asset, placed: PlacedObject, sun: Sun, floor: Texture) -> Mesh:
-    """The shadow in world coordinates, made of the triangles that face the sun."""
+def shadow_mesh(
+    asset: Asset,
+    world_from_asset: Pose3,
+    scale: float,
+    sun: Sun,
+    covering: Covering,
+    height: float = 0.0,
+) -> Mesh:
+    """The shadow on a level surface at a height [m], made of the triangles that face the sun."""
     to_sun = toward_sun(sun)
     slope = to_sun[:2] / to_sun[2]
     slope *= min(1.0, LONGEST / max(float(np.hypot(*slope)), 1e-9))
-    pose = placed.world_from_object
-    turn = rotation(0, 0, pose.yaw)
+    turn, place = world_from_asset.rotation(), np.array(world_from_asset.position) - [0, 0, height]
     flat: list[NDArray[np.float64]] = []
     for mesh in asset.meshes:
-        points = (mesh.vertices * placed.scale) @ turn.T
+        points = (mesh.vertices * scale) @ turn.T + place
         lit = (mesh.normals @ turn.T @ to_sun)[mesh.triangles].sum(axis=1) > 0
         corners = points[mesh.triangles[lit]].reshape(-1, 3)
-        flat.append(corners[:, :2] - np.maximum(corners[:, 2:], 0) * slope + [pose.x, pose.y])
+        flat.append(corners[:, :2] - np.maximum(corners[:, 2:], 0) * slope)
     ground = np.concatenate(flat)
-    vertices = np.column_stack([ground, np.full(len(ground), LIFT)])
+    vertices = np.column_stack([ground, np.full(len(ground), height + LIFT)])
     normals = np.tile([0.0, 0.0, 1.0], (len(ground), 1))
     triangles = np.arange(len(ground)).reshape(-1, 3)
-    return Mesh(vertices, normals, ground / TILE, triangles, floor, 1.0)
+    return Mesh(vertices, normals, ground / covering.tile, triangles, covering.texture, 1.0)

@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 import pytest
 
@@ -8,12 +10,15 @@ from schemas.geometry import Pose2
 from schemas.motion import BaseCommand
 from schemas.sensing import RgbdFrame
 from sim import vulkan
-from sim.annotation import visible_box
-from sim.dataset import Dataset, contact_sheet, write_dataset
+from sim.contact_sheet import contact_sheet
+from sim.dataset import Dataset, Shard, write_dataset
 from sim.driver import SapienDriver
+from sim.frames import FrameRenderer
+from sim.rendering.exposure import exposed
 from sim.rendering.shader import ShaderError, lit_fragment, lit_vertex
 from sim.rendering.shadow import shadow_brightness
 from sim.scenes.model import Ground, PlacedObject, Sun, World
+from sim.scenes.training_model import PARTS
 
 
 @pytest.fixture(scope="module")
@@ -70,34 +75,63 @@ def test_same_seed_same_picture():
 
 @pytest.mark.usefixtures("vulkan_device")
 def test_a_dataset_is_resumed_not_begun_again(tmp_path):
-    write_dataset(tmp_path, 6, seed=3)
+    write_dataset(tmp_path, "train", 6, seed=3)
     frames = Dataset(tmp_path)
     assert len(frames) == 6
     picture = tmp_path / "frames" / "000000.jpg"
     written = picture.stat().st_mtime_ns
     done = []
-    write_dataset(tmp_path, 6, seed=3, progress=lambda at, count: done.append((at, count)))
-    assert done == [(6, 6)]
+    write_dataset(tmp_path, "train", 6, 3, progress=lambda *told: done.append(told))
+    assert done == [("train", 6, 6)]
     assert picture.stat().st_mtime_ns == written
     for frame in frames:
         assert frame.color.shape == (240, 320, 3)
         assert frame.boxes.shape == (len(frame.classes), 4)
+        assert len(frame.ignored) == len(frame.visible) == len(frame.classes)
         assert (frame.boxes[:, 2:] > frame.boxes[:, :2]).all()
         assert (frame.boxes <= [320, 240, 320, 240]).all()
     assert contact_sheet(frames).size == (1600, 1200)
+    # The same folder for another set holds nothing of it yet.
+    assert not Shard(tmp_path, "val", 3, 0, 6).is_complete()
+    assert Shard(tmp_path, "train", 3, 0, 6).is_complete()
 
 
-def test_boxes_hold_visible_pixels_and_drop_the_tiny_and_the_hidden():
-    mask = np.zeros((60, 80), np.bool_)
-    mask[10:30, 20:36] = True
-    box = visible_box(mask, whole=320)
-    assert box is not None
-    assert box.tolist() == [20, 10, 36, 30]
-    assert visible_box(mask, whole=320 / 0.1) is None
-    tiny = np.zeros_like(mask)
-    tiny[10:15, 10:15] = True
-    assert visible_box(tiny, whole=25) is None
-    assert visible_box(np.zeros_like(mask), whole=25) is None
+@pytest.mark.usefixtures("vulkan_device")
+def test_true_boxes_in_space_cover_the_boxes_in_the_picture():
+    checked = 0
+    for truth in FrameRenderer().true_frames(PARTS["test"], 0, 1):
+        k, frame = truth.intrinsics, truth.frame
+        signs = np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
+        for row in np.flatnonzero(~frame.ignored):
+            corners = truth.centers[row] + (signs * truth.sizes[row]) @ truth.rotations[row].T
+            if corners[:, 2].min() < 0.05:
+                continue
+            u = np.clip(k.fx * corners[:, 0] / corners[:, 2] + k.cx + 0.5, 0, k.width)
+            v = np.clip(k.fy * corners[:, 1] / corners[:, 2] + k.cy + 0.5, 0, k.height)
+            left, top, right, bottom = frame.boxes[row]
+            assert u.min() - 1 <= left
+            assert right <= u.max() + 1
+            assert v.min() - 1 <= top
+            assert bottom <= v.max() + 1
+            # Something in the box is as far away as the object is.
+            patch = truth.depth[int(top) : int(bottom), int(left) : int(right)]
+            near, far = corners[:, 2].min() - 0.01, corners[:, 2].max() + 0.01
+            assert ((patch >= near) & (patch <= far)).any()
+            checked += 1
+    assert checked > 3
+
+
+def test_a_camera_changes_the_picture_but_not_what_it_shows():
+    grey = np.full((240, 320, 3), 120, np.uint8)
+    grey[:, 160:] = 30
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        seen, again = exposed(grey, rng), exposed(grey, np.random.default_rng(seed))
+        assert np.array_equal(seen, again)
+        assert seen.shape == grey.shape
+        assert seen.dtype == np.uint8
+        assert seen[:, :150].mean() > 1.8 * seen[:, 170:].mean()
+        assert 40 < seen[:, :150].mean() < 200
 
 
 def test_shadows_are_darker_in_a_stronger_sun():
