@@ -12,9 +12,9 @@ from schemas.geometry import Pose3
 from schemas.sensing import Intrinsics
 from sim.assets.asset import Asset
 
-SMALLEST_SIDES = (5, 12)
+SMALLEST_SIDES = (6, 12)
 """Objects whose box has a shorter or longer side of less than this many pixels are ignored."""
-LEAST_VISIBLE = 0.35
+LEAST_VISIBLE = 0.4
 """So are those of which less than this part shows: hidden, or outside the picture."""
 _samples = 400
 

@@ -25,6 +25,11 @@ In memory, for ever, the same for the same seed:
     for frame in render_frames("train", seed=0):
         frame.color, frame.boxes, frame.classes, frame.ignored
 
+With depth, camera pose and oriented boxes in space, for judging 3-D detection:
+
+    for truth in FrameRenderer().true_frames(get_part("test"), seed=0, scene=0):
+        truth.frame, truth.depth, truth.centers, truth.rotations, truth.sizes
+
 A Vulkan driver must be active (`sim.vulkan`).
 """
 

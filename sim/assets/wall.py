@@ -11,7 +11,7 @@ from numpy.random import Generator
 
 from sim.assets.asset import Asset, Part, assemble, box_shape
 from sim.assets.building import BRICK
-from sim.assets.surface import box
+from sim.assets.surface import Surface, box
 from sim.assets.texture import Color, Texture, bricks, fractal, mixed, mottled, pick, shade
 
 PLASTER: list[Color] = [(0.85, 0.82, 0.75), (0.75, 0.62, 0.45), (0.62, 0.61, 0.58),
@@ -23,7 +23,7 @@ def make_wall(rng: Generator) -> Asset:
     """A wall of 2.5 to 5 m along y, 1.0 to 2 m high, with pillars at its ends now and then."""
     length, height, depth = rng.uniform(2.5, 5), rng.uniform(1.0, 2.0), 0.25
     texture = _face(rng)
-    body = box(depth, length, height).tiled(length / 1.2, height / 1.2).at((0, 0, height / 2))
+    body = _body(depth, length, height).at((0, 0, height / 2))
     cap = box(depth + 0.08, length + 0.08, 0.08).at((0, 0, height + 0.04))
     stone = pick(rng, CAPS, 0.02)
     parts = [Part(body, texture=texture), Part(cap, stone)]
@@ -31,6 +31,13 @@ def make_wall(rng: Generator) -> Asset:
         parts += _pillars(length, height, depth + 0.12, texture, stone)
     shape = box_shape((-depth / 2, -length / 2, 0), (depth / 2, length / 2, height + 0.08))
     return assemble("wall", parts, [shape])
+
+
+def _body(depth: float, length: float, height: float) -> Surface:
+    """A box whose texture repeats every 1.2 m on sides, ends and top alike."""
+    plain = box(depth, length, height)
+    across = np.repeat([[length, height], [depth, height], [depth, length]], 8, axis=0)
+    return Surface(plain.vertices, plain.triangles, plain.uvs * across / 1.2)
 
 
 def _face(rng: Generator) -> Texture:

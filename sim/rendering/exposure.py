@@ -9,21 +9,28 @@ from numpy.typing import NDArray
 
 Pixels = NDArray[np.float32]
 
+MIDDLE_GREY = 0.42
+
 
 def exposed(color: NDArray[np.uint8], rng: Generator) -> NDArray[np.uint8]:
     """The picture (H, W, 3) as some camera with some settings would have sent it."""
-    light: Pixels = (color.astype(np.float32) * _gains(rng) / 255).astype(np.float32)
-    light = _vignetted(light, rng)
-    light = _noisy(_blurred(light, rng), rng)
+    light: Pixels = color.astype(np.float32) / 255
+    light = _developed(light, rng)
+    light = _noisy(_blurred(_vignetted(light, rng), rng), rng)
     return _compressed((np.clip(light, 0, 1) * 255 + 0.5).astype(np.uint8), rng)
 
 
-def _gains(rng: Generator) -> Pixels:
-    """Brightness and tint (3,): lamps are warm, shade is cold, cameras correct in part."""
-    exposure = 2 ** float(np.clip(rng.normal(0, 0.28), -0.8, 0.55))
+def _developed(light: Pixels, rng: Generator) -> Pixels:
+    """Exposed half-way towards a middle grey, more or less well, and tinted.
+
+    Lamps are warm, shade is cold, and cameras correct that in part.
+    """
+    automatic = (MIDDLE_GREY / max(float(light.mean()), 0.02)) ** 0.5
+    misjudged = 2 ** float(np.clip(rng.normal(0, 0.25), -0.6, 0.5))
+    exposure = float(np.clip(automatic, 0.75, 2.2)) * misjudged
     warmth = float(np.clip(rng.normal(0.02, 0.07), -0.16, 0.22))
-    green = rng.normal(0, 0.02)
-    return np.array([1 + warmth, 1 + green, 1 - warmth], np.float32) * np.float32(exposure)
+    tint = np.array([1 + warmth, 1 + rng.normal(0, 0.02), 1 - warmth], np.float32)
+    return (light * tint * np.float32(exposure)).astype(np.float32)
 
 
 def _vignetted(light: Pixels, rng: Generator) -> Pixels:

@@ -8,7 +8,7 @@ from sim.scenes.training_indoor import indoor_scene
 from sim.scenes.training_model import Draw, Part, TrainingScene
 from sim.scenes.training_outdoor import outdoor_scene
 
-INDOOR_SHARE = 0.5
+INDOOR_SHARE = 0.45
 
 
 def random_scene(part: Part, seed: int, scene: int) -> tuple[TrainingScene, np.random.Generator]:

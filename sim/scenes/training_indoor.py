@@ -27,7 +27,7 @@ from sim.scenes.training_things import contents, laid, scattered
 
 Size = tuple[float, float, float]
 AT_WALLS = ("shelf", "cabinet", "sofa", "cabinet", "table")
-ON_FLOOR = (("cone", 0, 2), ("suitcase", 0, 2), ("barrel", 0, 1), ("box", 1, 3))
+ON_FLOOR = (("cone", 0, 2), ("suitcase", 1, 2), ("barrel", 0, 1), ("box", 1, 3))
 """Classes of larger objects, least and greatest number in a room."""
 OTHERS_ON_FLOOR = ("bin", "chair", "backpack", "plant", "bucket", "carton", "crate")
 EDGE = 0.12
@@ -129,7 +129,7 @@ def _on_table(draw: Draw, table: Item) -> list[Item]:
 def _lamps(light: int) -> Sun:
     """Light from windows or lamps, white to warm, bright to dim; all of it from high above."""
     rng = np.random.default_rng([light, 2])
-    dim = rng.uniform(0.35, 0.7) if rng.random() < 0.2 else rng.uniform(0.75, 1.1)
+    dim = rng.uniform(0.45, 0.75) if rng.random() < 0.2 else rng.uniform(0.75, 1.1)
     direct, warmth = rng.uniform(0.15, 0.75) * dim, rng.uniform(0.0, 0.4) ** 1.5
     return Sun(
         azimuth=rng.uniform(-math.pi, math.pi),

@@ -94,7 +94,7 @@ def _daylight(light: int) -> Sun:
     """Sun or clouds, and one time in six dusk."""
     rng = np.random.default_rng([light, 1])
     sun = random_sun(rng)
-    dim = rng.uniform(0.35, 0.7) if rng.random() < 1 / 6 else 1.0
+    dim = rng.uniform(0.45, 0.75) if rng.random() < 1 / 6 else 1.0
     red, green, blue = sun.color
     return Sun(
         azimuth=sun.azimuth,

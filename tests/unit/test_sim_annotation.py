@@ -25,11 +25,11 @@ def test_a_box_holds_the_visible_pixels():
     ("sides", "visible", "ignored"),
     [
         ((20, 30), 1.0, False),
-        ((5, 12), 0.35, False),
-        ((12, 5), 0.35, False),
-        ((4, 30), 1.0, True),
+        ((6, 12), 0.4, False),
+        ((12, 6), 0.4, False),
+        ((5, 30), 1.0, True),
         ((11, 11), 1.0, True),
-        ((200, 200), 0.3, True),
+        ((200, 200), 0.38, True),
     ],
 )
 def test_the_small_and_the_hidden_are_ignored(sides, visible, ignored):
