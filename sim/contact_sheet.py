@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import islice
 
 from PIL import Image, ImageDraw
 
@@ -14,8 +13,9 @@ LABELLED, IGNORED = (255, 255, 0), (150, 150, 255)
 
 
 def contact_sheet(frames: Sequence[TrainingFrame], columns: int = 5, rows: int = 5) -> Image.Image:
-    """The first frames with their boxes drawn in: labelled ones yellow, ignored ones pale blue."""
-    chosen = list(islice(frames, columns * rows))
+    """Frames from all of a set with their boxes: labelled yellow, ignored pale blue."""
+    count = min(len(frames), columns * rows)
+    chosen = [frames[index * len(frames) // count] for index in range(count)]
     height, width = chosen[0].color.shape[:2]
     sheet = Image.new("RGB", (columns * width, rows * height))
     for index, frame in enumerate(chosen):

@@ -17,7 +17,7 @@ renders all that training and judging need, and after an interruption goes on wh
                                         training nor evaluation minds whether it is found
           visible  (N,) float32         share of the object that shows
           part, seed, recipe            what the shard was made from
-        sheet.png               the first frames with their boxes
+        sheet.png               25 of the frames with their boxes
       val/ test/ empty/         likewise
 
 In memory, for ever, the same for the same seed:

@@ -9,7 +9,7 @@ from robots.husky.spec import HUSKY
 from schemas.geometry import Pose2
 from schemas.motion import BaseCommand
 from schemas.sensing import RgbdFrame
-from sim import vulkan
+from sim import dataset, vulkan
 from sim.contact_sheet import contact_sheet
 from sim.dataset import Dataset, Shard, write_dataset
 from sim.driver import SapienDriver
@@ -94,6 +94,20 @@ def test_a_dataset_is_resumed_not_begun_again(tmp_path):
     # The same folder for another set holds nothing of it yet.
     assert not Shard(tmp_path, "val", 3, 0, 6).is_complete()
     assert Shard(tmp_path, "train", 3, 0, 6).is_complete()
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("vulkan_device")
+def test_two_processes_write_what_one_writes(tmp_path, monkeypatch):
+    monkeypatch.setattr(dataset, "FRAMES_PER_SHARD", 6)
+    for workers in (1, 2):
+        write_dataset(tmp_path / str(workers), "val", 12, seed=1, workers=workers)
+    alone, together = (Dataset(tmp_path / name) for name in "12")
+    assert len(alone) == len(together) == 12
+    for one, other in zip(alone, together, strict=True):
+        assert np.array_equal(one.color, other.color)
+        assert np.array_equal(one.boxes, other.boxes)
+        assert np.array_equal(one.ignored, other.ignored)
 
 
 @pytest.mark.usefixtures("vulkan_device")
