@@ -16,6 +16,8 @@ SMALLEST_SIDES = (6, 12)
 """Objects whose box has a shorter or longer side of less than this many pixels are ignored."""
 LEAST_VISIBLE = 0.4
 """So are those of which less than this part shows: hidden, or outside the picture."""
+LEAST_SHOWN = 9.0
+"""So are those whose longer side times that part is less [px]: too little is left to know them by."""
 _samples = 400
 
 Floats = NDArray[np.float64]
@@ -67,7 +69,8 @@ def visible_box(mask: NDArray[np.bool_]) -> NDArray[np.float32] | None:
 def is_ignored(box: NDArray[np.float32], visible: float) -> bool:
     """Whether an object is too small or too much hidden for a label."""
     short, long = sorted((float(box[2] - box[0]), float(box[3] - box[1])))
-    return short < SMALLEST_SIDES[0] or long < SMALLEST_SIDES[1] or visible < LEAST_VISIBLE
+    is_small = short < SMALLEST_SIDES[0] or long < SMALLEST_SIDES[1]
+    return is_small or visible < LEAST_VISIBLE or visible * long < LEAST_SHOWN
 
 
 def visible_share(

@@ -14,23 +14,22 @@ MIDDLE_GREY = 0.42
 
 def exposed(color: NDArray[np.uint8], rng: Generator) -> NDArray[np.uint8]:
     """The picture (H, W, 3) as some camera with some settings would have sent it."""
-    light: Pixels = color.astype(np.float32) / 255
-    light = _developed(light, rng)
+    light = _developed(color.astype(np.float32), rng)
     light = _noisy(_blurred(_vignetted(light, rng), rng), rng)
     return _compressed((np.clip(light, 0, 1) * 255 + 0.5).astype(np.uint8), rng)
 
 
 def _developed(light: Pixels, rng: Generator) -> Pixels:
-    """Exposed half-way towards a middle grey, more or less well, and tinted.
+    """Values of 0 to 255 as light of 0 to 1, exposed half-way towards a middle grey, and tinted.
 
     Lamps are warm, shade is cold, and cameras correct that in part.
     """
-    automatic = (MIDDLE_GREY / max(float(light.mean()), 0.02)) ** 0.5
+    automatic = (MIDDLE_GREY / max(float(light.mean()) / 255, 0.02)) ** 0.5
     misjudged = 2 ** float(np.clip(rng.normal(0, 0.25), -0.6, 0.5))
     exposure = float(np.clip(automatic, 0.75, 2.2)) * misjudged
     warmth = float(np.clip(rng.normal(0.02, 0.07), -0.16, 0.22))
     tint = np.array([1 + warmth, 1 + rng.normal(0, 0.02), 1 - warmth], np.float32)
-    return (light * tint * np.float32(exposure)).astype(np.float32)
+    return (light * tint * np.float32(exposure / 255)).astype(np.float32)
 
 
 def _vignetted(light: Pixels, rng: Generator) -> Pixels:

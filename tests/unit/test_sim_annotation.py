@@ -25,8 +25,10 @@ def test_a_box_holds_the_visible_pixels():
     ("sides", "visible", "ignored"),
     [
         ((20, 30), 1.0, False),
-        ((6, 12), 0.4, False),
-        ((12, 6), 0.4, False),
+        ((6, 12), 0.8, False),
+        ((12, 6), 0.8, False),
+        ((24, 24), 0.4, False),
+        ((12, 12), 0.7, True),
         ((5, 30), 1.0, True),
         ((11, 11), 1.0, True),
         ((200, 200), 0.38, True),
