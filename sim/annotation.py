@@ -17,7 +17,7 @@ SMALLEST_SIDES = (6, 12)
 LEAST_VISIBLE = 0.4
 """So are those of which less than this part shows: hidden, or outside the picture."""
 LEAST_SHOWN = 9.0
-"""So are those whose longer side times that part is less [px]: too little is left to know them by."""
+"""So are those whose longer side times that part is less [px]: what is left tells nobody much."""
 _samples = 400
 
 Floats = NDArray[np.float64]

@@ -29,7 +29,9 @@ class Mount:
     """Down from level [rad]."""
 
 
-HUSKY_MAST = Mount(HUSKY.camera.horizontal_fov, HUSKY.camera.base_from_camera.position[2], 0.14)
+HUSKY_MAST = Mount(
+    HUSKY.camera.horizontal_fov, HUSKY.camera.base_from_camera.position[2], math.radians(8.0)
+)
 # A third of its wide picture; the scale is that of the whole.
 WHEELCHAIR_MOUNT = Mount(math.radians(60.0), WHEELCHAIR.camera.base_from_camera.position[2], 0.0)
 ARM = Mount(math.radians(60.0), 0.0, 0.0)
