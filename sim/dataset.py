@@ -4,7 +4,7 @@
 
 renders all that training and judging need, and after an interruption goes on where it was;
 `incognita train detector` does the same first. The sets are `train`, `val`, `test` and `empty`
-(distractors alone); no look, scene or light of one is in another (`sim.scenes.training_model`).
+(distractors alone); no look, scene or light of one is in another (`sim.scenes.training_parts`).
 
     runs/detector-data/
       train/
@@ -36,15 +36,9 @@ A Vulkan driver must be active (`sim.vulkan`).
 from __future__ import annotations
 
 import argparse
-import math
-import multiprocessing
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
-from functools import lru_cache
 from itertools import count as count_from
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import Image
@@ -53,18 +47,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from sim.annotation import TrainingFrame
 from sim.contact_sheet import contact_sheet
-from sim.scenes.training_model import get_part
+from sim.scenes.training_parts import get_part
+from sim.shards import Shard, remove_stale, renderer, written
 from sim.vulkan import activate
-
-if TYPE_CHECKING:
-    from sim.frames import FrameRenderer
 
 COUNTS: dict[str, int] = {"train": 12_000, "val": 600, "test": 1_000, "empty": 500}
 """Pictures of each set."""
 FRAMES_PER_SHARD = 60
-RECIPE = 1
-"""Counted up when scenes, looks or labels change: shards of another recipe are rendered anew."""
-
 Progressed = Callable[[str, int, int], None]
 """Told the set, its frames that are there, and how many it will have."""
 
@@ -72,7 +61,7 @@ Progressed = Callable[[str, int, int], None]
 def render_frames(part: str, seed: int, first_scene: int = 0) -> Iterator[TrainingFrame]:
     """Frames of a set without end, six of each random scene."""
     for scene in count_from(first_scene):
-        yield from _renderer().frames(get_part(part), seed, scene)
+        yield from renderer().frames(get_part(part), seed, scene)
 
 
 def write_sets(
@@ -98,102 +87,20 @@ def write_dataset(
 ) -> None:
     """Write `count` frames of a set, those of complete shards excepted.
 
-    With more than one worker, shards are rendered by processes of their own. `progress` is called
+    Labels that were made otherwise are removed. With more than one worker, shards are rendered by processes of their own. `progress` is called
     at once and after every shard.
     """
     (path / "frames").mkdir(parents=True, exist_ok=True)
     (path / "shards").mkdir(exist_ok=True)
+    remove_stale(path, part, seed)
     starts = range(0, count, FRAMES_PER_SHARD)
     shards = [Shard(path, part, seed, at, min(FRAMES_PER_SHARD, count - at)) for at in starts]
     missing = [shard for shard in shards if not shard.is_complete()]
     done = count - sum(shard.size for shard in missing)
     progress(part, done, count)
-    for shard in _written(missing, workers):
+    for shard in written(missing, workers):
         done += shard.size
         progress(part, done, count)
-
-
-@dataclass(frozen=True)
-class Shard:
-    """Frames of a set that are rendered and written together."""
-
-    folder: Path
-    part: str
-    seed: int
-    start: int
-    """Number of the first frame, a multiple of `FRAMES_PER_SHARD`."""
-    size: int
-
-    @property
-    def path(self) -> Path:
-        """The file of its labels."""
-        return self.folder / "shards" / f"{self.start:06d}.npz"
-
-    def is_complete(self) -> bool:
-        """Whether it has been written as it would be written now."""
-        if not self.path.exists():
-            return False
-        with np.load(self.path) as arrays:
-            made = {name: arrays[name].tolist() for name in ("part", "seed", "recipe")
-                    if name in arrays}  # fmt: skip
-            wanted = {"part": self.part, "seed": self.seed, "recipe": RECIPE}
-            return made == wanted and len(arrays["count"]) == self.size
-
-
-def _written(shards: Sequence[Shard], workers: int) -> Iterator[Shard]:
-    """The shards as they get done."""
-    if workers <= 1:
-        for shard in shards:
-            _write(shard)
-            yield shard
-        return
-    # A forked process would share the driver's state with its parent.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, context, initializer=activate) as pool:
-        running = {pool.submit(_write, shard): shard for shard in shards}
-        for future in as_completed(running):
-            future.result()
-            yield running[future]
-
-
-def _write(shard: Shard) -> None:
-    """Pictures first: the labels say that the shard is complete."""
-    frames = _rendered(shard)
-    for index, frame in enumerate(frames, shard.start):
-        name = shard.folder / "frames" / f"{index:06d}.jpg"
-        Image.fromarray(frame.color).save(name, quality=95, subsampling=0)
-    partial = shard.path.with_suffix(".partial.npz")
-    np.savez(
-        partial,
-        part=shard.part,
-        seed=shard.seed,
-        recipe=RECIPE,
-        count=np.array([len(frame.classes) for frame in frames]),
-        boxes=np.concatenate([frame.boxes for frame in frames]),
-        classes=np.concatenate([frame.classes for frame in frames]),
-        ignored=np.concatenate([frame.ignored for frame in frames]),
-        visible=np.concatenate([frame.visible for frame in frames]),
-    )
-    partial.rename(shard.path)
-
-
-def _rendered(shard: Shard) -> list[TrainingFrame]:
-    # sapien, and with it the driver, is needed by those alone who render.
-    from sim.frames import FRAMES_PER_SCENE  # noqa: PLC0415
-
-    first = shard.start // FRAMES_PER_SCENE
-    scenes = range(first, first + math.ceil(shard.size / FRAMES_PER_SCENE))
-    part = get_part(shard.part)
-    frames = [frame for scene in scenes for frame in _renderer().frames(part, shard.seed, scene)]
-    return frames[: shard.size]
-
-
-@lru_cache(maxsize=1)
-def _renderer() -> FrameRenderer:
-    """The renderer of this process."""
-    from sim.frames import FrameRenderer  # noqa: PLC0415
-
-    return FrameRenderer()
 
 
 class Dataset(Sequence[TrainingFrame]):

@@ -24,7 +24,8 @@ from sim.rendering.camera import Camera, Picture
 from sim.rendering.exposure import exposed
 from sim.rendering.stage import Stage
 from sim.scenes.training import random_scene
-from sim.scenes.training_model import Item, Part, TrainingScene
+from sim.scenes.training_model import Item, TrainingScene
+from sim.scenes.training_parts import Part
 from sim.scenes.training_views import HEIGHT, MOUNTS, WIDTH, View, random_view
 
 FRAMES_PER_SCENE = 6

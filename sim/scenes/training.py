@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from sim.scenes.training_indoor import indoor_scene
-from sim.scenes.training_model import Draw, Part, TrainingScene
+from sim.scenes.training_model import TrainingScene
 from sim.scenes.training_outdoor import outdoor_scene
+from sim.scenes.training_parts import Draw, Part
 
 INDOOR_SHARE = 0.45
 

@@ -15,7 +15,6 @@ from sim.assets.room import FLOOR_TILE, make_room, room_floor
 from sim.rendering.ground import Covering
 from sim.scenes.model import Sun
 from sim.scenes.training_model import (
-    Draw,
     FreeSpace,
     Item,
     Span,
@@ -23,6 +22,7 @@ from sim.scenes.training_model import (
     TrainingScene,
     rested,
 )
+from sim.scenes.training_parts import Draw
 from sim.scenes.training_things import contents, laid, scattered
 
 Size = tuple[float, float, float]

@@ -10,12 +10,12 @@ from sim.assets.library import DISTRACTORS
 from sim.scenes.model import Ground, Sun
 from sim.scenes.placement import in_ring, random_ground, random_sun
 from sim.scenes.training_model import (
-    Draw,
     FreeSpace,
     Item,
     TrainingScene,
     rested,
 )
+from sim.scenes.training_parts import Draw
 from sim.scenes.training_things import contents, laid, scattered, tilt
 
 RINGS = {"building": (9.0, 17.0), "car": (3.5, 12.0), "tree": (2.0, 11.0), "wall": (3.0, 10.0)}

@@ -10,13 +10,13 @@ from sim.assets.asset import Asset
 from sim.assets.library import SMALL, SMALL_DISTRACTORS
 from sim.scenes.training_model import (
     FLOOR,
-    Draw,
     FreeSpace,
     Item,
     Span,
     Support,
     rested,
 )
+from sim.scenes.training_parts import Draw
 
 UPRIGHT = (0.0, 0.0)
 _quarter = math.pi / 2

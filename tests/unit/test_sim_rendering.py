@@ -11,14 +11,15 @@ from schemas.motion import BaseCommand
 from schemas.sensing import RgbdFrame
 from sim import dataset, vulkan
 from sim.contact_sheet import contact_sheet
-from sim.dataset import Dataset, Shard, write_dataset
+from sim.dataset import Dataset, write_dataset
 from sim.driver import SapienDriver
 from sim.frames import FrameRenderer
 from sim.rendering.exposure import exposed
 from sim.rendering.shader import ShaderError, lit_fragment, lit_vertex
 from sim.rendering.shadow import shadow_brightness
 from sim.scenes.model import Ground, PlacedObject, Sun, World
-from sim.scenes.training_model import PARTS
+from sim.scenes.training_parts import PARTS
+from sim.shards import Shard
 
 
 @pytest.fixture(scope="module")
@@ -80,10 +81,13 @@ def test_a_dataset_is_resumed_not_begun_again(tmp_path):
     assert len(frames) == 6
     picture = tmp_path / "frames" / "000000.jpg"
     written = picture.stat().st_mtime_ns
+    # Left by an older version, which made its scenes otherwise.
+    np.savez(tmp_path / "shards" / "000060.npz", seed=3, count=np.zeros(60, int))
     done = []
     write_dataset(tmp_path, "train", 6, 3, progress=lambda *told: done.append(told))
     assert done == [("train", 6, 6)]
     assert picture.stat().st_mtime_ns == written
+    assert len(Dataset(tmp_path)) == 6
     for frame in frames:
         assert frame.color.shape == (240, 320, 3)
         assert frame.boxes.shape == (len(frame.classes), 4)

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from sim.assets.library import DETECTED, make_asset
-from sim.scenes import training_model
+from sim.scenes import training_parts
 from sim.scenes.training import random_scene
-from sim.scenes.training_model import PARTS, UnknownPartError, get_part, rested
+from sim.scenes.training_model import rested
+from sim.scenes.training_parts import PARTS, UnknownPartError, get_part
 from sim.scenes.training_things import LYING
 from sim.scenes.training_views import random_view
 
@@ -26,7 +27,7 @@ def test_no_look_that_is_trained_on_is_judged_by(monkeypatch):
             looks.add(look)
             return make_asset(label, look)
 
-        monkeypatch.setattr(training_model, "make_asset", recorded)
+        monkeypatch.setattr(training_parts, "make_asset", recorded)
         looks |= {scene.sky for scene, _ in scenes(part)}
     assert all(len(looks) > 50 for looks in drawn.values())
     for first, second in itertools.combinations(PARTS, 2):
