@@ -87,8 +87,8 @@ def write_dataset(
 ) -> None:
     """Write `count` frames of a set, those of complete shards excepted.
 
-    Labels that were made otherwise are removed. With more than one worker, shards are rendered by processes of their own. `progress` is called
-    at once and after every shard.
+    Labels that were made otherwise are removed. With more than one worker, shards are rendered by
+    processes of their own. `progress` is called at once and after every shard.
     """
     (path / "frames").mkdir(parents=True, exist_ok=True)
     (path / "shards").mkdir(exist_ok=True)
