@@ -7,7 +7,7 @@ from robots.husky.spec import HUSKY
 from schemas import topics
 from schemas.codec import decode, encode
 from schemas.geometry import Pose2
-from schemas.perception import Detections
+from schemas.perception import SOLID_KINDS, Bodies, Detections
 from schemas.run import RunConfig
 from schemas.sensing import Intrinsics, RgbdFrame
 from services.perception.node import PerceptionNode
@@ -40,9 +40,16 @@ def truth() -> list[tuple[str, np.ndarray]]:
 
 
 def detections_of(node: PerceptionNode, frame: RgbdFrame) -> Detections:
-    (output,) = node.handlers()[topics.RGBD](frame)
+    output, _ = node.handlers()[topics.RGBD](frame)
     assert output.topic is topics.DETECTIONS
     assert isinstance(output.message, Detections)
+    return output.message
+
+
+def bodies_of(node: PerceptionNode, frame: RgbdFrame) -> Bodies:
+    _, output = node.handlers()[topics.RGBD](frame)
+    assert output.topic is topics.BODIES
+    assert isinstance(output.message, Bodies)
     return output.message
 
 
@@ -70,6 +77,20 @@ def test_objects_are_where_they_are(node: PerceptionNode, frame: RgbdFrame, trut
         assert distances[index] < 0.2, name
         assert found.classes[int(found.probabilities[index].argmax())] == name
         assert found.probabilities[index].max() > 0.6
+
+
+def test_bodies_are_the_detections_row_for_row(node: PerceptionNode, frame: RgbdFrame):
+    found, bodies = detections_of(node, frame), bodies_of(node, frame)
+    received = decode(encode(bodies), Bodies)
+    assert encode(received) == encode(bodies)
+    assert len(found.scores) > 0
+    np.testing.assert_array_equal(bodies.positions_base, found.centers_base)
+    np.testing.assert_array_equal(bodies.covariances[:, :3, :3], found.covariances)
+    assert (np.linalg.eigvalsh(bodies.covariances) > 0).all()
+    np.testing.assert_allclose(np.linalg.norm(bodies.wxyz_base, axis=1), 1.0)
+    assert (bodies.sizes[:, 0] >= bodies.sizes[:, 1]).all()
+    assert set(bodies.solid_rows.tolist()) == set(range(len(found.scores)))
+    assert bodies.solid_kinds.max() < len(SOLID_KINDS)
 
 
 def test_rows_are_distributions_and_the_clock_is_not_read(node: PerceptionNode, frame: RgbdFrame):
