@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def look(
     camera: str,
-    robot: str = "wheelchair",
+    robot: str = "husky",
     calibration: Path | None = None,
     fov_deg: float | None = None,
     tags: Path | None = None,

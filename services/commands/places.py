@@ -4,10 +4,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
 from schemas.errors import MissingComponentError
+from services.commands.output import counting_bars
 
 PICTURES = {"train": (4_096, 0), "val": (768, 1)}
 """Rendered pictures and seed of each part."""
@@ -40,13 +38,7 @@ def _render(data: Path) -> None:
         write_places,
     )
 
-    with Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        console=Console(stderr=True),
-    ) as bar:
+    with counting_bars() as bar:
         for part, (count, seed) in PICTURES.items():
             task = bar.add_task(f"rendering {part}", total=count)
 

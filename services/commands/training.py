@@ -13,7 +13,9 @@ from services.commands.output import print_json, print_table
 
 
 def train(
-    what: Annotated[Literal["grounding", "policy", "detector", "places"], tyro.conf.Positional],
+    what: Annotated[
+        Literal["grounding", "policy", "detector", "forms", "places"], tyro.conf.Positional
+    ],
     robot: str = "husky",
     data: Path | None = None,
     epochs: int | None = None,
@@ -34,8 +36,9 @@ def train(
 
     Args:
         what: grounding: words of one robot, seconds; policy: where to go, by practice in simulated
-            worlds, half an hour; detector: the camera's network, about an hour; places: the network
-            that tells kinds of places apart, half an hour.
+            worlds, half an hour; detector: the camera's network, about an hour; forms: how
+            large things are behind what is seen of them, minutes; places: the network that tells
+            kinds of places apart, half an hour.
         robot: whose words (grounding), or whose policy.
         data: folder for rendered pictures (detector, places); made if it is not there, resumed if
             it is. By default runs/detector-data or runs/places-data.
@@ -65,6 +68,10 @@ def train(
         return corpus.run(robot, check, annotate, like, json)
     if what == "policy":
         report = _policy(robot, rounds, episodes, validation, workers, moments, expert, seed)
+    elif what == "forms":
+        from services.commands import forms
+
+        report = forms.learn()
     elif what == "places":
         from services.commands import places
 
@@ -87,11 +94,12 @@ def _print(report: dict[str, Any]) -> None:
     if "by_moments" in report:
         _print_rounds(report)
         return
-    tables = {name: report.pop(name) for name in ("reliability", "confusion") if name in report}
+    names = [name for name in ("reliability", "confusion", "placings") if name in report]
+    tables = {name: report.pop(name) for name in names}
     for name, value in report.items():
         print(f"{name}: {value}")
     for name, rows in tables.items():
-        print(f"{name} on held-out sentences:{'' if rows else ' none'}")
+        print(f"{name}, held out:{'' if rows else ' none'}")
         if rows:
             print_table(tuple(rows[0]), [tuple(row.values()) for row in rows])
 

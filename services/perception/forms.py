@@ -112,12 +112,12 @@ def read_forms(path: Path = default_forms) -> Forms:
     except (OSError, msgspec.DecodeError) as error:
         raise PerceptionError(
             f"cannot read the forms of objects from {path}: {error}; "
-            "`incognita train detector` makes them"
+            "`incognita train forms` makes them"
         ) from error
     if table.measures != MEASURES or table.doubts != DOUBTS or ANY not in table.forms:
         raise PerceptionError(
             f"{path} was made for other measures of surfaces; "
-            "`incognita train detector` makes it again"
+            "`incognita train forms` makes it again"
         )
     return Forms(table)
 

@@ -43,6 +43,8 @@ class Example:
     """(3,) true middle of its box, base frame [m]."""
     size: Floats
     """(3,) true length >= width, and height [m]."""
+    yaw: float = 0.0
+    """True direction of the length in the base frame [rad]; only judging reads it."""
 
 
 def learn_forms(examples: Sequence[Example], source: str) -> FormTable:

@@ -35,9 +35,9 @@ def examples_in(truth: TrueFrame, rng: Generator) -> Iterator[Example]:
         surface = surface_in(box, depth, rays, truth.intrinsics, range_max)
         if surface is not None:
             corners = base_from_camera.apply(corners_of(truth, row))
-            center, size, _ = upright_box(corners)
+            center, size, yaw = upright_box(corners)
             label = DETECTED[int(truth.frame.classes[row])]
-            yield Example(label, surface, center, size)
+            yield Example(label, surface, center, size, yaw)
 
 
 def level_from(world_from_camera: Pose3) -> Pose3:
