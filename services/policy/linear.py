@@ -82,6 +82,11 @@ class LinearWeights(Struct, frozen=True, kw_only=True):
     margin of the training is 1."""
     confirmed: float
     """Probability from which on a seen thing is the goal, so that a decision is due at once."""
+    confirmed_late: float
+    """The same after a search that took long: what was not found by then is less likely to be
+    there than the filter's prior says, which knows no end of the world."""
+    late_s: tuple[float, float]
+    """When the one begins to turn into the other, and when it has [s]."""
     stop_above: float
     """Chance constraint: no stop below this posterior; 0 leaves it all to the weights."""
     move: Block
@@ -111,9 +116,9 @@ class LinearCost:
         return self.mean.shape[1]
 
     def gate(self, searching_s: float) -> float:
-        """Probability from which on a seen thing is the goal."""
-        del searching_s
-        return self.settings.confirmed
+        """Probability from which on a seen thing is the goal, after so long a search [s]."""
+        ends = (self.settings.confirmed, self.settings.confirmed_late)
+        return float(np.interp(searching_s, self.settings.late_s, ends))
 
     def judge(self, features: Floats, circumstances: Circumstances) -> Judgement:
         """Judge candidates with features (C, K or more, D)."""
@@ -128,7 +133,8 @@ class LinearCost:
         may_stop = here & (found >= self.settings.stop_above)
         worthwhile: Flags = np.where(is_stop, may_stop, gains >= _least_promise)
         # What was confirmed is the goal: it is declared, or gone to, before all else.
-        sure = np.where(is_stop, may_stop, True) & (found >= self.settings.confirmed)
+        gate = self.gate(circumstances.searching_s)
+        sure = np.where(is_stop, may_stop, True) & (found >= gate)
         for due in (sure & is_stop, sure):
             if due.any():
                 worthwhile = due

@@ -40,7 +40,14 @@ def weights_of(named=names, moments=2, seed=0, **changed) -> LinearWeights:
     provenance = Provenance(
         git="abc", seed=0, expert="clairvoyant", rounds=1, decisions=2, agreement=0.5, success=1.0
     )
-    settings = {"patience": 0.0, "confirmed": 0.9, "stop_above": 0.0, **changed}
+    settings = {
+        "patience": 0.0,
+        "confirmed": 0.9,
+        "confirmed_late": 0.6,
+        "late_s": (60.0, 150.0),
+        "stop_above": 0.0,
+        **changed,
+    }
     return LinearWeights(
         provenance=provenance, moments=moments, move=block(), stop=block(), **settings
     )
@@ -201,3 +208,14 @@ def test_one_strange_candidate_does_not_cost_without_limit():
     np.testing.assert_allclose(
         cost.costs(strange, "relation"), cost.costs(stranger, "relation"), atol=1e-9
     )
+
+
+def test_less_certainty_will_do_after_a_long_search():
+    cost = cost_of(weights_of(stop_above=0.6))
+    features = features_of(found=0.85)
+    features[1:, 0, names.index("see_either")] = 1.0
+    late = Circumstances(searching_s=150.0, words="relation", following=False)
+    assert cost.gate(0.0) == pytest.approx(0.9)
+    assert cost.gate(105.0) == pytest.approx(0.75)
+    assert cost.gate(1000.0) == pytest.approx(0.6)
+    assert int(np.argmin(cost.judge(features, late).costs)) == 0

@@ -14,7 +14,8 @@ from services.policy.training.collect import Decision
 from services.policy.training.fit import FitSettings, State, agreement, fit, mean_loss
 
 _patience = 1.0
-_confirmed = 0.9
+_confirmed, _confirmed_late = 0.9, 0.6
+_late_s = (60.0, 150.0)
 _stop_above = 0.6
 _least_deviation = 1e-3
 """Of a feature that hardly ever differs: rare values must not become huge."""
@@ -63,6 +64,8 @@ class Learned:
             moments=self.standard.moments,
             patience=_patience,
             confirmed=_confirmed,
+            confirmed_late=_confirmed_late,
+            late_s=_late_s,
             stop_above=_stop_above,
             move=move,
             stop=stop,
