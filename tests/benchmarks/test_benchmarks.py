@@ -33,6 +33,7 @@ SHORT = (
     Short("codec", 15),
     Short("camera", 11),
     Short("detector", 15),
+    Short("fiducials", 3),
     Short("startup", 1),
     Short("mapping", 3),
 )
