@@ -4,13 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from schemas.arrays import Floats
 from schemas.perception import Bodies, Detections
 from schemas.sensing import RgbdFrame
 from services.perception.bank import FindsObjects
 from services.perception.bodies import bodies_of
 from services.perception.forms import Forms
-from services.perception.projection import LocatedObject, locate
+from services.perception.projection import locate
 from services.perception.rays import camera_rays, depth_metres
 from services.perception.view import ground_view
 
@@ -30,9 +29,10 @@ class Recogniser:
     def recognised(self, frame: RgbdFrame) -> tuple[Detections, Bodies]:
         """The objects as detections and as bodies, row for row the same."""
         boxes, depth = self.detector.detect(frame.color), depth_metres(frame.depth_mm)
+        rays = camera_rays(frame.intrinsics, frame.base_from_camera)
         labels = [self.detector.classes[index] for index in boxes.classes.tolist()]
         places = [
-            self._placed(box, label, depth, frame)
+            locate(box, label, depth, rays, frame.intrinsics, self.range_max, self.forms)
             for box, label in zip(boxes.corners_px, labels, strict=True)
         ]
         kept = [index for index, place in enumerate(places) if place is not None]
@@ -56,9 +56,3 @@ class Recogniser:
             inference_ms=0.0,
         )
         return detections, bodies_of(frame, [labels[index] for index in kept], located)
-
-    def _placed(
-        self, box: Floats, label: str, depth: Floats, frame: RgbdFrame
-    ) -> LocatedObject | None:
-        rays = camera_rays(frame.intrinsics, frame.base_from_camera)
-        return locate(box, label, depth, rays, frame.intrinsics, self.range_max, self.forms)

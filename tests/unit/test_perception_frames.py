@@ -81,9 +81,11 @@ def test_boxes_move_with_the_picture(seed: int):
 
 def assert_painted(frame: Frame) -> None:
     """Each box is full of its object's colour, to within a few pixels of its sides."""
+    # Single pixels may be noise, which was added on purpose.
+    color = cv2.blur(frame.color, (5, 5))
     for (x0, y0, x1, y1), channel in zip(frame.boxes, np.array([0, 2])[frame.classes], strict=True):
-        inner = frame.color[int(y0) + 4 : int(y1) - 4, int(x0) + 4 : int(x1) - 4].astype(int)
-        assert (inner[..., channel] > inner[..., 2 - channel] + 20).mean() > 0.99
+        inner = color[int(y0) + 4 : int(y1) - 4, int(x0) + 4 : int(x1) - 4].astype(int)
+        assert (inner[..., channel] > inner[..., 2 - channel] + 60).all()
         assert x0 >= 0
         assert y0 >= 0
         assert x1 <= 320

@@ -118,7 +118,7 @@ def test_centre_is_right_within_its_covariance(
     found = located(cylinder_box(center), noisy(depth, np.random.default_rng(seed)), forms)
     assert found is not None
     error = found.center - np.array([*center, HEIGHT / 2])
-    assert mahalanobis(error, found.covariance) < 5
+    assert mahalanobis(error, found.covariance) < 3
     assert np.linalg.norm(error) < max(0.05, 0.03 * x)
     np.testing.assert_allclose(found.size, [2 * RADIUS, 2 * RADIUS, HEIGHT], rtol=0.15)
 

@@ -21,14 +21,28 @@ def export_network(network: DetectorNetwork, path: Path) -> None:
     The arithmetic stays in single precision: each weight passes through one Cast when the file is
     loaded. Graphs computed in half precision are not read by OpenCV.
     """
-    decoded = DecodedNetwork(network, input_height, input_width).eval()
-    example = torch.zeros(1, 3, input_height, input_width)
+    decoded = DecodedNetwork(network, input_height, input_width)
+    export(decoded, (input_height, input_width), "pictures", "predictions", path)
+
+
+def export(
+    network: torch.nn.Module, size: tuple[int, int], takes: str, gives: str, path: Path
+) -> None:
+    """Write an ONNX file of a network of pictures, with weights stored in half precision.
+
+    Args:
+        network: from pictures (1, 3, height, width) to one tensor.
+        size: height and width of its input [px].
+        takes: name of the input.
+        gives: name of the output.
+        path: of the file.
+    """
     torch.onnx.export(
-        decoded,
-        (example,),
+        network.eval(),
+        (torch.zeros(1, 3, *size),),
         str(path),
-        input_names=["pictures"],
-        output_names=["predictions"],
+        input_names=[takes],
+        output_names=[gives],
         opset_version=_opset,
         # The newer exporter writes graphs that OpenCV does not read.
         dynamo=False,

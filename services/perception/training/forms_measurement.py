@@ -13,7 +13,7 @@ from msgspec import Struct
 
 from schemas.arrays import Flags, Floats
 from services.perception.facing import facing_of
-from services.perception.forms import Forms
+from services.perception.forms import Forms, Placed
 from services.perception.surface import MEASURES
 from services.perception.training.forms import Example
 
@@ -72,7 +72,7 @@ def _placing(
         ]
     )
     sizes = [np.abs(one.size - true.size).max() for one, true in zip(placed, examples, strict=True)]
-    distance, off = np.linalg.norm(errors, axis=1), _turned(examples, forms)
+    distance, off = np.linalg.norm(errors, axis=1), _turned(examples, placed)
     return Placing(
         kind=kind,
         nearest_m=limits[0],
@@ -87,14 +87,13 @@ def _placing(
     )
 
 
-def _turned(examples: Sequence[Example], forms: Forms) -> Floats:
+def _turned(examples: Sequence[Example], placed: Sequence[Placed]) -> Floats:
     """Errors of the direction of long things [rad]."""
     off: list[float] = []
-    for one in examples:
+    for one, box in zip(examples, placed, strict=True):
         if one.size[0] < _long * one.size[1]:
             continue
-        placed = forms.place(one.surface, one.label)
-        facing = facing_of(one.surface.points, placed.center, placed.size, one.surface.depth)
+        facing = facing_of(one.surface.points, box.center, box.size, one.surface.depth)
         off.append(abs((facing.yaw - one.yaw + math.pi / 2) % math.pi - math.pi / 2))
     return np.array(off)
 

@@ -2,15 +2,13 @@
 
 from pathlib import Path
 
-import onnx
 import torch
 from torch import Tensor, nn
 
 from services.perception.places_picture import input_height, window_width
-from services.perception.training.export import store_in_half_precision
+from services.perception.training.export import export
 from services.perception.training.network import Bottleneck, Context, Convolution
 
-_opset = 17
 _dropped = 0.2
 
 
@@ -49,18 +47,4 @@ class PlacesNetwork(nn.Module):
 
 def export_places(network: PlacesNetwork, path: Path) -> None:
     """Write an ONNX file whose weights are stored in half precision."""
-    example = torch.zeros(1, 3, input_height, window_width)
-    torch.onnx.export(
-        network.eval(),
-        (example,),
-        str(path),
-        input_names=["window"],
-        output_names=["logits"],
-        opset_version=_opset,
-        # The newer exporter writes graphs that OpenCV does not read.
-        dynamo=False,
-    )
-    model = onnx.load(str(path))
-    store_in_half_precision(model)
-    onnx.checker.check_model(model)
-    onnx.save(model, str(path))
+    export(network, (input_height, window_width), "window", "logits", path)
