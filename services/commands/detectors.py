@@ -19,7 +19,7 @@ def chosen(
         if class_files:
             raise UserError("--classes FILE goes with --detector FILE.onnx, which is not given")
         return (), ()
-    from services.perception.bank import user_detectors
+    from services.perception.detection.bank import user_detectors
 
     # Services run in folders of their own.
     weights = tuple(str(path.resolve()) for path in detectors)

@@ -11,11 +11,11 @@ def learn() -> dict[str, Any]:
     Raises:
         MissingComponentError: a Vulkan device is missing.
     """
-    from services.perception.forms import default_forms
+    from services.perception.space.forms import default_forms
     from sim import vulkan
 
     vulkan.activate()
-    from services.perception.training.forms_train import SCENES, train_forms
+    from services.perception.training.forms.train import SCENES, train_forms
 
     with counting_bars() as bar:
         tasks = {

@@ -13,7 +13,7 @@ from services.commands.output import print_json, print_table, say
 if TYPE_CHECKING:
     from schemas.perception import Fiducials, SceneObservation
     from schemas.sensing import RgbdFrame
-    from services.perception.detector import Boxes, Detector
+    from services.perception.detection.detector import Boxes, Detector
 
 
 def look(
@@ -131,9 +131,9 @@ def _looker(robot: str, tags: Path | None) -> _Looker:
     from robots.catalogue import get_robot
     from robots.tags import place_types, tag_table
     from schemas.run import RunConfig
-    from services.perception.detector import Detector
+    from services.perception.detection.detector import Detector
     from services.perception.fiducials import TagReader, fiducials_in
-    from services.perception.places import PlaceClassifier, scene_in
+    from services.perception.places.classifier import PlaceClassifier, scene_in
 
     spec = get_robot(robot)
     types = place_types(spec)
@@ -152,8 +152,8 @@ def _frames(
 ) -> "Iterator[RgbdFrame]":
     """Frames without depth, seen level from a metre above the ground."""
     from schemas.geometry import Pose3
-    from services.perception.camera_source import open_source
-    from services.perception.lens import Framing, read_lens, supposed_lens
+    from services.perception.camera.lens import Framing, read_lens, supposed_lens
+    from services.perception.camera.source import open_source
 
     source = open_source(camera)
     lens = read_lens(calibration) if calibration else None

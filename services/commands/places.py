@@ -18,12 +18,12 @@ def learn(data: Path, epochs: int, minutes: float | None) -> dict[str, Any]:
         MissingComponentError: torch or onnx, or a Vulkan device, is missing.
     """
     from services.doctor.checks import training_remedy
-    from services.perception.places import default_places
+    from services.perception.places.classifier import default_places
 
     if find_spec("torch") is None or find_spec("onnx") is None:
         raise MissingComponentError(f"training needs torch and onnx: {training_remedy()}")
     _render(data)
-    from services.perception.training.places_train import train_places
+    from services.perception.training.places.train import train_places
 
     return train_places(data, default_places.parent, epochs, minutes)
 
@@ -32,7 +32,7 @@ def _render(data: Path) -> None:
     from sim import vulkan
 
     vulkan.activate()
-    from services.perception.training.places_frames import (
+    from services.perception.training.places.frames import (
         contact_sheet,
         read_places,
         write_places,

@@ -159,7 +159,7 @@ def service(
 
 def _require_pictures_of(camera: str) -> None:
     """Say at once what is wrong with a source, and not by a process that dies."""
-    from services.perception.camera_source import open_source
+    from services.perception.camera.source import open_source
 
     open_source(camera).close()
 

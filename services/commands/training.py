@@ -176,12 +176,12 @@ def _policy(
 
 def _detector(data: Path, epochs: int, minutes: float | None, workers: int) -> dict[str, Any]:
     from services.doctor.checks import training_remedy
-    from services.perception.detector import default_weights
+    from services.perception.detection.detector import default_weights
 
     if find_spec("torch") is None or find_spec("onnx") is None:
         raise MissingComponentError(f"training needs torch and onnx: {training_remedy()}")
     _render(data, workers)
-    from services.perception.training.train import train_detector
+    from services.perception.training.detector.train import train_detector
 
     return train_detector(data, default_weights.parent, epochs=epochs, minutes=minutes)
 

@@ -16,8 +16,8 @@ from schemas.health import Fault, Tick
 from schemas.run import RunConfig
 from schemas.sensing import RgbdFrame
 from schemas.topics import Handlers, Output
-from services.perception.camera_source import CameraSource, CameraSourceError, open_source
-from services.perception.lens import Framing, LensError, read_lens, supposed_lens
+from services.perception.camera.lens import Framing, LensError, read_lens, supposed_lens
+from services.perception.camera.source import CameraSource, CameraSourceError, open_source
 
 
 class CameraNode:

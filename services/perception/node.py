@@ -10,11 +10,11 @@ from schemas.faults import FaultLog
 from schemas.run import RunConfig
 from schemas.sensing import RgbdFrame
 from schemas.topics import Handlers, Output
-from services.perception.bank import detector_of
+from services.perception.detection.bank import detector_of
 from services.perception.errors import PerceptionError
-from services.perception.forms import read_forms
 from services.perception.scene import Recogniser
 from services.perception.soundness import require_sound
+from services.perception.space.forms import read_forms
 
 
 class PerceptionNode:

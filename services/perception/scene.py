@@ -6,12 +6,12 @@ import numpy as np
 
 from schemas.perception import Bodies, Detections
 from schemas.sensing import RgbdFrame
-from services.perception.bank import FindsObjects
-from services.perception.bodies import bodies_of
-from services.perception.forms import Forms
-from services.perception.projection import locate
-from services.perception.rays import camera_rays, depth_metres
-from services.perception.view import ground_view
+from services.perception.detection.bank import FindsObjects
+from services.perception.space.bodies import bodies_of
+from services.perception.space.forms import Forms
+from services.perception.space.projection import locate
+from services.perception.space.rays import camera_rays, depth_metres
+from services.perception.space.view import ground_view
 
 
 @dataclass(frozen=True)

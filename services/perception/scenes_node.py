@@ -13,7 +13,7 @@ from schemas.run import RunConfig
 from schemas.sensing import RgbdFrame
 from schemas.topics import Handlers, Output
 from services.perception.fiducials import TagReader, fiducials_in, place_rows
-from services.perception.places import PlaceClassifier, scene_in
+from services.perception.places.classifier import PlaceClassifier, scene_in
 
 _period_ns = 400_000_000
 """Looks from the same spot are no new evidence: two or three a second are enough."""
@@ -24,7 +24,7 @@ class ScenesNode:
 
     Raises:
         TagTableError: the run names a table of tags that cannot be used.
-        MissingPlacesError: the classifier's weights are missing.
+        MissingWeightsError: the classifier's weights are missing.
     """
 
     def __init__(self, run: RunConfig, rng: np.random.Generator) -> None:

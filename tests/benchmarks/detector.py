@@ -7,9 +7,9 @@ import numpy as np
 import onnxruntime
 from numpy.typing import NDArray
 
-from services.perception.boxes import Boxes
-from services.perception.detector import Detector, default_weights
-from services.perception.picture import network_input
+from services.perception.detection.boxes import Boxes
+from services.perception.detection.detector import Detector, default_weights
+from services.perception.detection.picture import network_input
 from tests.benchmarks.rows import Row, compared
 from tests.benchmarks.timing import interleaved
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from services.perception.card import file_sha256
-from services.perception.detector import Detector, default_weights
+from services.perception.detection.detector import Detector, default_weights
+from services.perception.weight_files import file_sha256
 
 DATA = Path(__file__).parent
 

@@ -9,9 +9,9 @@ import pytest
 
 onnx = pytest.importorskip("onnx")
 
-from services.perception.detector import Detector
+from services.perception.detection.detector import Detector
+from services.perception.detection.layouts import cell_grid
 from services.perception.errors import DetectorFileError, PerceptionError
-from services.perception.layouts import cell_grid
 from tests.networks import answering, convolving, save
 
 WIDTH, HEIGHT = 128, 96

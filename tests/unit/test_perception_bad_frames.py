@@ -118,7 +118,7 @@ def test_a_network_that_fails_on_a_frame_drops_that_frame(monkeypatch, stamps):
         raise DetectorFileError("the network named class 7, counted from 0, but 6 names are known")
 
     with monkeypatch.context() as patch:
-        patch.setattr("services.perception.detector.Detector.detect", fail)
+        patch.setattr("services.perception.detection.detector.Detector.detect", fail)
         (output,) = node.on_frame(good_frame(next(stamps)))
         assert output.topic is topics.FAULT
         assert "class 7" in output.message.detail

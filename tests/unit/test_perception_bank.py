@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from services.perception.bank import DetectorBank, user_detectors
-from services.perception.boxes import Boxes
-from services.perception.detector import Detector, default_weights
+from services.perception.detection.bank import DetectorBank, user_detectors
+from services.perception.detection.boxes import Boxes
+from services.perception.detection.detector import Detector, default_weights
 from services.perception.errors import DetectorFileError
 
 PICTURE = np.zeros((100, 100, 3), np.uint8)

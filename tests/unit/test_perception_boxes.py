@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from schemas.perception import SOLID_KINDS
-from services.perception.facing import facing_of
-from services.perception.solids import solids_of
+from services.perception.space.facing import facing_of
+from services.perception.space.solids import solids_of
 
 SIZE = np.array([0.4, 0.15, 0.25])
 

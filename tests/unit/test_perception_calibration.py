@@ -3,7 +3,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from services.perception.calibration import Calibration, calibration_error, fit, reliability
+from services.perception.detection.calibration import (
+    Calibration,
+    calibration_error,
+    fit,
+    reliability,
+)
 
 
 def sigmoid(x: np.ndarray) -> np.ndarray:

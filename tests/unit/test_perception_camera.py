@@ -14,14 +14,14 @@ from schemas.health import Fault, Tick
 from schemas.run import RunConfig
 from schemas.sensing import RgbdFrame
 from services.cli import main
-from services.perception.camera_node import CameraNode
-from services.perception.camera_source import (
+from services.perception.camera.lens import Framing, Lens, LensError, read_lens, supposed_lens
+from services.perception.camera.source import (
     CameraSource,
     CameraSourceError,
     NoCameraError,
     open_source,
 )
-from services.perception.lens import Framing, Lens, LensError, read_lens, supposed_lens
+from services.perception.camera_node import CameraNode
 from services.process_table import PROCESSES
 
 AHEAD = Pose3((0.0, 0.0, 1.0), (0.5, -0.5, 0.5, -0.5))

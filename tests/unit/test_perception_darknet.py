@@ -8,9 +8,9 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 pytest.importorskip("onnx")
 
-from services.perception.detector import Detector, Network
+from services.perception.detection.detector import Detector, Network
 from services.perception.errors import DetectorFileError
-from services.perception.training.darknet import convert, main
+from services.perception.training.darknet.convert import convert, main
 
 SIDE, CLASSES = 64, 2
 ANCHORS = np.array([[6, 8], [12, 20], [25, 18], [30, 40], [45, 30], [60, 60]], float)

@@ -7,14 +7,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from services.perception.boxes import Boxes, any_overlap, class_overlap, likely, suppressed
-from services.perception.calibration import Calibration
-from services.perception.card import card_path, file_sha256, read_card
-from services.perception.decoding import Predictions
-from services.perception.detector import Detector, Network, default_weights
+from services.perception.detection.boxes import (
+    Boxes,
+    any_overlap,
+    class_overlap,
+    likely,
+    suppressed,
+)
+from services.perception.detection.calibration import Calibration
+from services.perception.detection.card import read_card
+from services.perception.detection.decoding import Predictions
+from services.perception.detection.detector import Detector, Network, default_weights
+from services.perception.detection.picture import network_input, padding_value
 from services.perception.errors import DetectorFileError, MissingWeightsError
-from services.perception.picture import network_input, padding_value
-from services.perception.training.evaluation import overlap_matrix
+from services.perception.training.detector.evaluation import overlap_matrix
+from services.perception.weight_files import card_path, file_sha256
 
 DATA = Path(__file__).parents[1] / "data"
 

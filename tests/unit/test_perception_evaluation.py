@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from services.perception.boxes import Boxes
-from services.perception.training.evaluation import (
+from services.perception.detection.boxes import Boxes
+from services.perception.training.detector.evaluation import (
     Labelled,
     average_precision,
     class_precisions,
@@ -14,7 +14,7 @@ from services.perception.training.evaluation import (
     outcomes,
     overlap_matrix,
 )
-from services.perception.training.threshold import (
+from services.perception.training.detector.threshold import (
     found_per_hundred,
     precision_and_recall,
     working_threshold,

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from schemas.geometry import Pose2, Pose3
 from services.perception.errors import PerceptionError
-from services.perception.forms import ANY, Forms, default_forms, read_forms, write_forms
-from services.perception.surface import MEASURES, Surface
-from services.perception.training.forms import Example, learn_forms
-from services.perception.training.forms_data import level_from, upright_box
+from services.perception.space.forms import ANY, Forms, default_forms, read_forms, write_forms
+from services.perception.space.surface import MEASURES, Surface
+from services.perception.training.forms.data import level_from, upright_box
+from services.perception.training.forms.fit import Example, learn_forms
 
 
 def box_corners(center: np.ndarray, size: np.ndarray, yaw: float) -> np.ndarray:

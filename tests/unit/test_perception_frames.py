@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from services.perception.errors import MissingFramesError
-from services.perception.training.augmentation import augmented, mirrored, shuffled
-from services.perception.training.frames import Frame, read_frames
+from services.perception.training.detector.augmentation import augmented, mirrored, shuffled
+from services.perception.training.detector.frames import Frame, read_frames
 
 
 def striped_frame(seed: int = 0) -> Frame:

@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from services.perception.decoding import Decoder
-from services.perception.errors import DetectorFileError
-from services.perception.layouts import (
+from services.perception.detection.decoding import Decoder
+from services.perception.detection.layouts import (
     Layout,
     Outputs,
     Question,
@@ -16,6 +15,7 @@ from services.perception.layouts import (
     recognised,
     strides_of,
 )
+from services.perception.errors import DetectorFileError
 
 WIDTH, HEIGHT, CLASSES = 128, 96, 3
 CELLS = 16 * 12 + 8 * 6 + 4 * 3

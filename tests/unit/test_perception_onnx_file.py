@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from services.perception.class_names import names_in_metadata
-from services.perception.detector import default_weights
+from services.perception.detection.class_names import names_in_metadata
+from services.perception.detection.detector import default_weights
+from services.perception.detection.onnx_file import Port, read_onnx_file
 from services.perception.errors import DetectorFileError
-from services.perception.onnx_file import Port, read_onnx_file
 
 
 def test_our_own_weights_are_what_they_are():

@@ -8,7 +8,7 @@ from schemas.errors import UserError
 from schemas.run import RunConfig
 from services import cli
 from services.commands.detectors import chosen
-from services.perception.detector import default_weights
+from services.perception.detection.detector import default_weights
 from services.runtime.provenance import run_metadata
 
 

@@ -18,22 +18,22 @@ from schemas.run import RunConfig
 from schemas.sensing import Intrinsics, RgbdFrame
 from services.mapping.looks import log_likelihoods
 from services.mapping.soundness import flaw_of
-from services.perception.places import (
+from services.perception.errors import MissingWeightsError
+from services.perception.places.classifier import (
     PlaceClassifier,
     among,
     default_places,
     pooled,
     softmax,
 )
-from services.perception.places_card import MissingPlacesError
-from services.perception.places_picture import (
+from services.perception.places.windows import (
     network_input,
     points_ahead,
     window_pictures,
     windows_of,
 )
-from services.perception.rays import camera_rays
 from services.perception.scenes_node import ScenesNode
+from services.perception.space.rays import camera_rays
 from sim.assets.tag import tag_texture
 from sim.scenes.rooms import ROOM_KINDS
 
@@ -115,7 +115,7 @@ def test_types_that_do_not_matter_are_left_out_and_the_odds_kept():
 
 
 def test_missing_weights_say_how_to_make_them(tmp_path: Path):
-    with pytest.raises(MissingPlacesError, match="incognita train places"):
+    with pytest.raises(MissingWeightsError, match="incognita train places"):
         PlaceClassifier(tmp_path / "places.onnx")
 
 

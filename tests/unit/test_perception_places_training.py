@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from services.perception.places import softmax
-from services.perception.places_card import PlacesCard
-from services.perception.training.places_frames import PlacePicture
-from services.perception.training.places_measurement import Looks, even, figures, fitted
+from services.perception.places.card import PlacesCard
+from services.perception.places.classifier import softmax
+from services.perception.training.places.frames import PlacePicture
+from services.perception.training.places.measurement import Looks, even, figures, fitted
 from sim.scenes.rooms import ROOM_KINDS
 
 TYPES = len(ROOM_KINDS)
@@ -68,16 +68,16 @@ def test_types_count_evenly():
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
-from services.perception.detector import Network
-from services.perception.places_picture import network_input
-from services.perception.training.places_loop import (
+from services.perception.detection.detector import Network
+from services.perception.places.windows import network_input
+from services.perception.training.places.loop import (
     PlacesTraining,
     augmented,
     even_odds,
     learning_rate,
     windows_in,
 )
-from services.perception.training.places_network import PlacesNetwork, export_places
+from services.perception.training.places.network import PlacesNetwork, export_places
 
 torch.set_num_threads(1)
 

@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from robots.husky.spec import HUSKY
 from schemas.geometry import Pose3
 from schemas.sensing import Intrinsics
-from services.perception.forms import Forms
-from services.perception.projection import LocatedObject, locate
-from services.perception.rays import axial_noise, camera_rays
-from services.perception.support import support_height
-from services.perception.surface import MEASURES, surface_in
-from services.perception.training.forms import Example, learn_forms
-from services.perception.view import bearings_count, ground_view
+from services.perception.space.forms import Forms
+from services.perception.space.projection import LocatedObject, locate
+from services.perception.space.rays import axial_noise, camera_rays
+from services.perception.space.support import support_height
+from services.perception.space.surface import MEASURES, surface_in
+from services.perception.space.view import bearings_count, ground_view
+from services.perception.training.forms.fit import Example, learn_forms
 
 FOCAL = 160 / math.tan(HUSKY.camera.horizontal_fov / 2)
 INTRINSICS = Intrinsics(320, 240, FOCAL, FOCAL, 159.5, 119.5)

@@ -9,11 +9,11 @@ import pytest
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
-from services.perception.card import read_card
-from services.perception.detector import Detector
+from services.perception.detection.card import read_card
+from services.perception.detection.detector import Detector
 from services.perception.errors import MissingFramesError
-from services.perception.training.report import TrainingReport
-from services.perception.training.train import Recipe, train_detector
+from services.perception.training.detector.report import TrainingReport
+from services.perception.training.detector.train import Recipe, train_detector
 from tests.unit.test_perception_frames import (
     empty_frame,
     half_ignored,

@@ -9,17 +9,17 @@ import pytest
 torch = pytest.importorskip("torch")
 onnx = pytest.importorskip("onnx")
 
-from services.perception.detector import Network
+from services.perception.detection.detector import Network
+from services.perception.detection.layouts import Layout, Question, recognised
+from services.perception.detection.picture import input_height, input_width, network_input
 from services.perception.errors import DetectorFileError
-from services.perception.layouts import Layout, Question, recognised
-from services.perception.picture import input_height, input_width, network_input
-from services.perception.training.assignment import Targets, assign, unjudged
-from services.perception.training.export import export_network
-from services.perception.training.frames import Frame
-from services.perception.training.geometry import complete_overlap, overlaps
-from services.perception.training.loop import Training, learning_rate, targets_of
-from services.perception.training.loss import detection_loss
-from services.perception.training.network import (
+from services.perception.training.detector.assignment import Targets, assign, unjudged
+from services.perception.training.detector.export import export_network
+from services.perception.training.detector.frames import Frame
+from services.perception.training.detector.geometry import complete_overlap, overlaps
+from services.perception.training.detector.loop import Training, learning_rate, targets_of
+from services.perception.training.detector.loss import detection_loss
+from services.perception.training.detector.network import (
     DecodedNetwork,
     DetectorNetwork,
     bins,

@@ -12,7 +12,7 @@ from robots.wheelchair.spec import WHEELCHAIR
 from schemas.geometry import Pose2
 from schemas.sensing import RgbdFrame
 from services.perception.fiducials import TagReader, fiducials_in
-from services.perception.training.places_frames import PlaceRenderer, read_places, write_places
+from services.perception.training.places.frames import PlaceRenderer, read_places, write_places
 from sim import vulkan
 from sim.assets.tag import make_tag
 from sim.scenes.rooms import ROOM_KINDS, Suite, empty_suite

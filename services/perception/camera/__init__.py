@@ -1,0 +1,1 @@
+"""Pictures of cameras and files that are not the robot's own."""

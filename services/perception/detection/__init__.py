@@ -1,0 +1,1 @@
+"""From a picture to boxes: any YOLO, its scores as probabilities."""

@@ -1,0 +1,1 @@
+"""What kinds of places a picture shows."""

@@ -1,0 +1,1 @@
+"""Networks of the Darknet family, as the paper used them, as ONNX files."""

@@ -1,0 +1,1 @@
+"""Learns how large things are behind what is seen of them."""

@@ -1,0 +1,1 @@
+"""Trains and judges the classifier of places. Needs torch, in part."""
