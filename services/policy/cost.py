@@ -20,6 +20,8 @@ class Circumstances:
     words: Words
     following: bool
     """Whether row 1 of the candidates is the one that is being followed."""
+    settled: bool = False
+    """Whether what is likeliest to be meant was the goal beyond doubt at the last decision."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,8 @@ class Cost(Protocol):
         """K, how many moments of the features it reads."""
         ...
 
-    def gate(self, searching_s: float) -> float:
-        """Probability from which on a seen thing is the goal, after so long a search [s]."""
+    def gate(self, circumstances: Circumstances) -> float:
+        """Probability from which on the seen thing that is likeliest to be meant is the goal."""
         ...
 
     def judge(self, features: Floats, circumstances: Circumstances) -> Judgement:

@@ -13,7 +13,7 @@ from schemas.task import Failure, Goal, GoalStatus, TaskState
 from services.policy.cost import words_of
 from services.policy.pacing import Pace, hidden_mass, seen_objects
 from services.policy.policy import BeliefPolicy, Choice, Memory
-from services.policy.referents import Referents
+from services.policy.referents import Referents, place_of
 
 time_limit_s = 300.0
 """Of message time, pauses by the stop latch not counted [s]."""
@@ -57,6 +57,8 @@ class Errand:
     """Decisions one after the other in which nothing was left to look at."""
     paused_ns: int = 0
     """Time spent under the stop latch, or waiting for an answer."""
+    settled: Floats | None = None
+    """(2,) Where the thing is that was meant beyond doubt when last asked, map frame [m]."""
     refused: list[Floats] = field(default_factory=list[Floats])
     tried: list[Floats] = field(default_factory=list[Floats])
 
@@ -78,6 +80,7 @@ class Errand:
         if before is None or _evidence(before) == _evidence(annotations):
             return False
         self.text, self.pace, self.idle = annotations.text, None, 0
+        self.settled = None
         self.tried.clear()
         return True
 
@@ -94,6 +97,7 @@ class Errand:
             current=self.pace.following if self.pace and under_way else None,
             searching_s=self.searching_s(stamp_ns),
             wanted=self.wanted,
+            settled=self.settled,
             words=words_of(self.meaning.behaviors if self.meaning else ()),
         )
 
@@ -138,7 +142,8 @@ class Errand:
     ) -> Choice | None:
         """Decide, if it is time to; remembers the circumstances."""
         memory = self.memory(belief.stamp_ns)
-        goal = policy.goal_of(referents, memory.searching_s)
+        goal = policy.goal_of(referents, memory)
+        self.settled = None if goal is None else place_of(referents, goal)
         if self.pace and not self.pace.is_due(belief, referents, map_from_base, goal):
             return None
         choice = policy.decide(belief, referents, grid, map_from_base, memory)

@@ -87,6 +87,9 @@ class LinearWeights(Struct, frozen=True, kw_only=True):
     there than the filter's prior says, which knows no end of the world."""
     late_s: tuple[float, float]
     """When the one begins to turn into the other, and when it has [s]."""
+    confirmed_still: float
+    """What was the goal remains it down to this, so that a small doubt on the way to it, as of
+    where one room ends and another begins, starts no new search."""
     stop_above: float
     """Chance constraint: no stop below this posterior; 0 leaves it all to the weights."""
     move: Block
@@ -115,10 +118,11 @@ class LinearCost:
         """K."""
         return self.mean.shape[1]
 
-    def gate(self, searching_s: float) -> float:
-        """Probability from which on a seen thing is the goal, after so long a search [s]."""
+    def gate(self, circumstances: Circumstances) -> float:
+        """Probability from which on the seen thing that is likeliest to be meant is the goal."""
         ends = (self.settings.confirmed, self.settings.confirmed_late)
-        return float(np.interp(searching_s, self.settings.late_s, ends))
+        gate = float(np.interp(circumstances.searching_s, self.settings.late_s, ends))
+        return min(gate, self.settings.confirmed_still) if circumstances.settled else gate
 
     def judge(self, features: Floats, circumstances: Circumstances) -> Judgement:
         """Judge candidates with features (C, K or more, D)."""
@@ -133,7 +137,7 @@ class LinearCost:
         may_stop = here & (found >= self.settings.stop_above)
         worthwhile: Flags = np.where(is_stop, may_stop, gains >= _least_promise)
         # What was confirmed is the goal: it is declared, or gone to, before all else.
-        gate = self.gate(circumstances.searching_s)
+        gate = self.gate(circumstances)
         sure = np.where(is_stop, may_stop, True) & (found >= gate)
         for due in (sure & is_stop, sure):
             if due.any():

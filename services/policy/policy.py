@@ -13,7 +13,14 @@ from services.policy import places
 from services.policy.belief_features import Situation, belief_features
 from services.policy.candidates import Candidates, Kind
 from services.policy.cost import Circumstances, Cost, Words
-from services.policy.referents import Referents, best_found, mass_of, seen_figures
+from services.policy.referents import (
+    Referents,
+    best_found,
+    mass_of,
+    place_of,
+    same_place,
+    seen_figures,
+)
 from services.policy.search import places_to_look
 from services.policy.terrain import Terrain, terrain_for
 from services.policy.travel import travel_from
@@ -54,6 +61,8 @@ class Memory:
     """What kind of landmark the instruction names."""
     wanted: str = ""
     """Class of the figure, "" where it is not known."""
+    settled: Floats | None = None
+    """(2,) Where the goal of the last decision was, map frame [m]; None where it had none."""
 
 
 @dataclass(frozen=True)
@@ -159,10 +168,10 @@ class BeliefPolicy:
 
     def _cheapest(self, proposal: Proposal, referents: Referents, memory: Memory) -> Choice:
         candidates = proposal.candidates
-        goal = self.goal_of(referents, memory.searching_s)
+        goal = self.goal_of(referents, memory)
         # What was followed before it was known what is meant deserves no patience.
         following = proposal.following and goal in (None, candidates.object_id[1])
-        circumstances = Circumstances(memory.searching_s, memory.words, following)
+        circumstances = replace(_circumstances(referents, memory), following=following)
         judged = self.cost.judge(proposal.features, circumstances)
         chosen = int(np.argmin(judged.costs))
         return Choice(
@@ -182,10 +191,10 @@ class BeliefPolicy:
         """
         return _passing_m if wanted in self._locations else 0.0
 
-    def goal_of(self, referents: Referents, searching_s: float) -> int | None:
-        """Seen object that is meant beyond the doubt allowed after so long a search, or None."""
-        best = best_found(referents)
-        return best if mass_of(referents, best) >= self.cost.gate(searching_s) else None
+    def goal_of(self, referents: Referents, memory: Memory) -> int | None:
+        """Seen object that is meant beyond the doubt allowed now, or None."""
+        best, gate = best_found(referents), self.cost.gate(_circumstances(referents, memory))
+        return best if mass_of(referents, best) >= gate else None
 
     def _situation(self, grid: OccupancyGrid, pose: Pose2, memory: Memory) -> Situation:
         terrain = terrain_for(grid, self._radius)
@@ -247,6 +256,14 @@ class BeliefPolicy:
             return gap <= _in_the_middle or arrived
         distance = float(np.hypot(*(belief.position[row] - (pose.x, pose.y))))
         return distance - _radius_of(belief, row) <= places.stand_off + _standing_slack
+
+
+def _circumstances(referents: Referents, memory: Memory) -> Circumstances:
+    best, settled = best_found(referents), False
+    if memory.settled is not None and best >= 0:
+        gap = float(np.hypot(*(place_of(referents, best) - memory.settled)))
+        settled = gap < same_place
+    return Circumstances(memory.searching_s, memory.words, following=False, settled=settled)
 
 
 def _is_in(belief: MapBelief, row: int) -> bool:

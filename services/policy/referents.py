@@ -14,7 +14,7 @@ from schemas.language import Behaviors
 
 _seen_above = 0.5
 """Existence below which a detection is too doubtful to count as seen."""
-_same_place = 2.5
+same_place = 2.5
 """Middles of places nearer to each other than this are those of one place [m]."""
 _negligible = 1e-6
 _nearest_m = 4.0
@@ -82,6 +82,12 @@ def best_found(referents: Referents) -> int:
     ids = seen_figures(referents)
     masses = [mass_of(referents, object_id) for object_id in ids]
     return ids[int(np.argmax(masses))] if ids else -1
+
+
+def place_of(referents: Referents, object_id: int) -> Floats:
+    """Where a seen object that may be meant stands (2,), map frame [m]."""
+    rows = referents.known & referents.figure_seen & (referents.figure_id == object_id)
+    return referents.figure[np.flatnonzero(rows)[0]]
 
 
 def seen_figures(referents: Referents) -> list[int]:
@@ -180,7 +186,7 @@ def _one_row_a_place(belief: MapBelief, rows: Ints, probability: Floats) -> Ints
         mass = np.bincount(rows[left], probability[left])
         anchor = int(np.argmax(mass))
         gaps = np.hypot(*(belief.position[rows] - belief.position[anchor]).T)
-        alike = left & (gaps < _same_place)
+        alike = left & (gaps < same_place)
         merged[alike], left = anchor, left & ~alike
     return merged
 

@@ -56,10 +56,15 @@ class RateRule(Struct, frozen=True, kw_only=True):
     there than the filter's prior says, which knows no end of the world."""
     late_s: tuple[float, float]
     """When the one begins to turn into the other, and when it has [s]."""
+    confirmed_still: float
+    """What was the goal remains it down to this, so that a small doubt on the way to it, as of
+    where one room ends and another begins, starts no new search."""
 
-    def gate(self, searching_s: float) -> float:
-        """Probability from which on a seen thing is the goal, after so long a search [s]."""
-        return float(np.interp(searching_s, self.late_s, (self.confirmed, self.confirmed_late)))
+    def gate(self, circumstances: Circumstances) -> float:
+        """Probability from which on the seen thing that is likeliest to be meant is the goal."""
+        ends = (self.confirmed, self.confirmed_late)
+        gate = float(np.interp(circumstances.searching_s, self.late_s, ends))
+        return min(gate, self.confirmed_still) if circumstances.settled else gate
 
     @property
     def moments(self) -> int:
@@ -68,7 +73,7 @@ class RateRule(Struct, frozen=True, kw_only=True):
 
     def judge(self, features: Floats, circumstances: Circumstances) -> Judgement:
         """Judge candidates with features (C, K, D), with some patience for what is followed."""
-        gate = self.gate(circumstances.searching_s)
+        gate = self.gate(circumstances)
         gains, costs = self.gains(features, gate), self.costs(features, gate)
         costs[1 : 1 + circumstances.following] *= _keep
         return Judgement(costs, gains, (gains >= self.least_gain) & (costs < _hopeless))

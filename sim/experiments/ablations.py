@@ -61,9 +61,9 @@ class UnconfirmedPolicy(BeliefPolicy):
         """As if every landmark had been seen."""
         return super().decide(belief, _confirmed(referents), grid, map_from_base, memory)
 
-    def goal_of(self, referents: Referents, searching_s: float) -> int | None:
+    def goal_of(self, referents: Referents, memory: Memory) -> int | None:
         """As if every landmark had been seen."""
-        return super().goal_of(_confirmed(referents), searching_s)
+        return super().goal_of(_confirmed(referents), memory)
 
 
 def _confirmed(referents: Referents) -> Referents:

@@ -12,6 +12,7 @@ from schemas.errors import UserError
 from schemas.geometry import Pose2
 from services.mapping.filter import SemanticFilter
 from services.mapping.target import missed
+from services.policy.policy import Memory
 from services.policy.referents import Referents
 from sim.experiments.ablations import (
     FilterWithoutAbsence,
@@ -66,8 +67,9 @@ def test_without_confirmation_a_seen_figure_is_enough() -> None:
         landmark_existence=np.ones(2),
     )
     policy = UnconfirmedPolicy.of(RUN)
-    assert policy.goal_of(unconfirmed, 0.0) == 3
-    assert super(UnconfirmedPolicy, policy).goal_of(unconfirmed, 0.0) is None
+    start = Memory(np.zeros((0, 2)), np.zeros((0, 3)), None, 0.0)
+    assert policy.goal_of(unconfirmed, start) == 3
+    assert super(UnconfirmedPolicy, policy).goal_of(unconfirmed, start) is None
 
 
 def belief_of(x: list[float], weights: list[float]) -> MapBelief:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from robots.catalogue import get_robot
 from robots.husky.spec import HUSKY
 from schemas.belief import MapBelief, OccupancyGrid
 from schemas.geometry import Pose2
@@ -12,6 +13,7 @@ from schemas.language import Behaviors
 from services.policy import places
 from services.policy.belief_features import moments_of, names
 from services.policy.candidates import Kind
+from services.policy.cost import Circumstances
 from services.policy.policy import BeliefPolicy, Memory
 from services.policy.referents import from_behaviors, from_figures, mass_of
 from services.policy.rule import UnknownFeatureError, load_rule
@@ -258,7 +260,7 @@ def test_referents_are_a_distribution_whoever_grounds_them():
 def test_what_nothing_fits_is_not_confirmed(policy):
     belief = belief_of([1] * 4, [2] * 4, [(1, HYDRANT, 1.4, 0.0), (2, CONE, 0.5, 3.0)])
     referents = from_behaviors(belief, behaviors_of(belief, 1, 2, 0.02))
-    assert policy.goal_of(referents, 0.0) is None
+    assert policy.goal_of(referents, NOTHING_DONE) is None
     choice = policy.decide(belief, referents, grid_of(), HERE, NOTHING_DONE)
     assert choice.kind is not Kind.STOP
 
@@ -276,7 +278,8 @@ def test_weights_may_only_name_features_that_exist(monkeypatch, tmp_path):
     text = '{"source": "", "mean": {"see_figur": 1}, "variance": {}, "start_m": 2, '
     text += f'"turn_m_per_rad": 0, "tried_factor": 1, "least_gain": {known.least_gain}, '
     (folder / "odd.json").write_text(
-        text + '"confirmed": 0.9, "confirmed_late": 0.6, "late_s": [60, 150]}'
+        text
+        + '"confirmed": 0.9, "confirmed_late": 0.6, "late_s": [60, 150], "confirmed_still": 0.9}'
     )
     monkeypatch.setattr("services.policy.rule.resources.files", lambda _: tmp_path)
     with pytest.raises(UnknownFeatureError, match="see_either"):
@@ -311,10 +314,24 @@ def test_behaviours_that_contradict_their_hypothesis_count_little():
 
 def test_a_long_search_settles_for_less_certainty():
     rule = load_rule("husky")
-    gates = [rule.gate(seconds) for seconds in (0, 60, 90, 120, 150, 300)]
+    gates = [
+        rule.gate(Circumstances(s, "any", following=False)) for s in (0, 60, 90, 120, 150, 300)
+    ]
     assert gates == sorted(gates, reverse=True)
     assert gates[0] == rule.confirmed
     assert gates[-1] == rule.confirmed_late > 0.5
+
+
+def test_a_small_doubt_about_the_goal_starts_no_new_search():
+    chair = BeliefPolicy(get_robot("wheelchair"), load_rule("wheelchair"))
+    belief = belief_of([1] * 4, [2] * 4, [(1, HYDRANT, 5.0, 0.0), (2, CONE, 3.0, 0.0)])
+    doubted = from_behaviors(belief, behaviors_of(belief, 1, 2, 0.1))
+    elsewhere, there = np.array([5.0, 6.0]), np.array([5.5, 0.5])
+    assert chair.goal_of(doubted, NOTHING_DONE) is None
+    assert chair.goal_of(doubted, replace(NOTHING_DONE, settled=elsewhere)) is None
+    assert chair.goal_of(doubted, replace(NOTHING_DONE, settled=there)) == 1
+    refuted = from_behaviors(belief, behaviors_of(belief, 1, 2, 0.02))
+    assert chair.goal_of(refuted, replace(NOTHING_DONE, settled=there)) is None
 
 
 def test_words_without_a_relation_are_met_by_the_first_one_seen():

@@ -1,5 +1,6 @@
 """The learned cost as it is kept and used."""
 
+from dataclasses import replace
 from typing import get_args
 
 import msgspec
@@ -45,6 +46,7 @@ def weights_of(named=names, moments=2, seed=0, **changed) -> LinearWeights:
         "confirmed": 0.9,
         "confirmed_late": 0.6,
         "late_s": (60.0, 150.0),
+        "confirmed_still": 0.9,
         "stop_above": 0.0,
         **changed,
     }
@@ -215,7 +217,6 @@ def test_less_certainty_will_do_after_a_long_search():
     features = features_of(found=0.85)
     features[1:, 0, names.index("see_either")] = 1.0
     late = Circumstances(searching_s=150.0, words="relation", following=False)
-    assert cost.gate(0.0) == pytest.approx(0.9)
-    assert cost.gate(105.0) == pytest.approx(0.75)
-    assert cost.gate(1000.0) == pytest.approx(0.6)
+    for seconds, gate in ((0.0, 0.9), (105.0, 0.75), (1000.0, 0.6)):
+        assert cost.gate(replace(late, searching_s=seconds)) == pytest.approx(gate)
     assert int(np.argmin(cost.judge(features, late).costs)) == 0

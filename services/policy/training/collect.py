@@ -217,7 +217,7 @@ class LabelledPolicy(BeliefPolicy):
         self.decisions.append(_decision(proposal, advice, memory.words))
         if self._rng.random() >= self._beta:
             return choice
-        searching = self.goal_of(referents, memory.searching_s) is None
+        searching = self.goal_of(referents, memory) is None
         patient = proposal.following and searching and bool(advice.margin[1] <= _patience)
         chosen = 1 if patient else advice.label
         return Choice(

@@ -66,6 +66,7 @@ class Learned:
             confirmed=_confirmed,
             confirmed_late=_confirmed_late,
             late_s=_late_s,
+            confirmed_still=_confirmed,
             stop_above=_stop_above,
             move=move,
             stop=stop,
