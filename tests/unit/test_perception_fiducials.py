@@ -85,6 +85,16 @@ def test_a_tag_is_read_and_found_where_it_hangs(reader: TagReader, distance: flo
     assert error @ np.linalg.solve(found.covariances[0, :3, :3], error) < 16
 
 
+def test_a_tag_in_dim_light_is_read_through_the_noise_of_the_camera(reader: TagReader):
+    rotation, position = facing(2.0, 0.4, aside=0.2)
+    bright = picture_of(17, rotation, position)
+    noise = np.random.default_rng(0).normal(0, 4, bright.shape)
+    dim = np.clip(20 + bright / 8 + noise, 0, 255).astype(np.uint8)
+    numbers, corners = reader.read(dim)
+    assert numbers.tolist() == [17]
+    np.testing.assert_allclose(corners[0], projected(rotation, position), atol=1.0)
+
+
 def test_a_picture_without_tags_gives_an_empty_message_that_survives_the_wire(reader: TagReader):
     found = fiducials_in(frame_of(np.full((240, 960, 3), 90, np.uint8)), reader, SIDE)
     received = decode(encode(found), Fiducials)
