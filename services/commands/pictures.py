@@ -8,12 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from schemas.errors import UserError
+from services.commands.detectors import chosen
 from services.commands.output import print_json, print_table, say
 
 if TYPE_CHECKING:
     from schemas.perception import Fiducials, SceneObservation
     from schemas.sensing import RgbdFrame
-    from services.perception.detection.detector import Boxes, Detector
+    from services.perception.detection.bank import FindsObjects
+    from services.perception.detection.boxes import Boxes
 
 
 def look(
@@ -24,6 +26,8 @@ def look(
     tags: Path | None = None,
     frames: int | None = None,
     width: int = 320,
+    detector: tuple[Path, ...] = (),
+    classes: tuple[Path, ...] = (),
     out: Path | None = None,
     json: bool = False,
 ) -> int:
@@ -39,6 +43,8 @@ def look(
         tags: JSON file that says which AprilTag hangs in which place.
         frames: end after so many pictures; by default at the end, or at Ctrl-C.
         width: pictures with more columns are made smaller.
+        detector: ONNX files of other networks that find objects; several work as one.
+        classes: a file with the class names of each, where they do not say them themselves.
         out: folder for the pictures with what was found drawn in.
         json: one JSON document on stdout.
     """
@@ -46,7 +52,7 @@ def look(
         raise UserError("--calibration and --fov-deg; allowed: one of them")
     if fov_deg is not None and not 1 <= fov_deg < 179:
         raise UserError(f"--fov-deg {fov_deg:g}; allowed: 1 to 179 degrees")
-    looker = _looker(robot, tags)
+    looker = _looker(robot, tags, *chosen(detector, classes))
     seen: list[dict[str, Any]] = []
     for number, frame in enumerate(_frames(camera, calibration, fov_deg or 60.0, width, frames)):
         found = looker.look(frame)
@@ -66,7 +72,7 @@ def look(
 class _Looker:
     """Everything that looks at a frame."""
 
-    detector: "Detector"
+    detector: "FindsObjects"
     scenes: "Callable[[RgbdFrame], tuple[Fiducials, SceneObservation | None]]"
     """Tags, and kinds of places for robots that have words for them."""
 
@@ -127,24 +133,32 @@ class _Found:
         return picture
 
 
-def _looker(robot: str, tags: Path | None) -> _Looker:
+def _looker(
+    robot: str, tags: Path | None, detectors: tuple[str, ...], detector_classes: tuple[str, ...]
+) -> _Looker:
     from robots.catalogue import get_robot
     from robots.tags import place_types, tag_table
     from schemas.run import RunConfig
-    from services.perception.detection.detector import Detector
+    from services.perception.detection.bank import detector_of
     from services.perception.fiducials import TagReader, fiducials_in
     from services.perception.places.classifier import PlaceClassifier, scene_in
 
     spec = get_robot(robot)
     types = place_types(spec)
-    table = tag_table(RunConfig(robot=robot, tags=str(tags) if tags else ""), spec)
+    run = RunConfig(
+        robot=robot,
+        tags=str(tags) if tags else "",
+        detectors=detectors,
+        detector_classes=detector_classes,
+    )
+    table = tag_table(run, spec)
     reader, classifier = TagReader(), PlaceClassifier() if types else None
 
     def scenes(frame: "RgbdFrame") -> "tuple[Fiducials, SceneObservation | None]":
         place = scene_in(frame, classifier, types) if classifier else None
         return fiducials_in(frame, reader, table.side_m), place
 
-    return _Looker(Detector(), scenes)
+    return _Looker(detector_of(run), scenes)
 
 
 def _frames(

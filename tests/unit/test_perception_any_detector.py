@@ -9,8 +9,10 @@ import pytest
 
 onnx = pytest.importorskip("onnx")
 
+from services.cli import main
 from services.perception.detection.detector import Detector
 from services.perception.detection.layouts import cell_grid
+from services.perception.drawing import write_png
 from services.perception.errors import DetectorFileError, PerceptionError
 from tests.networks import answering, convolving, save
 
@@ -49,6 +51,23 @@ def test_class_scores_of_an_export_that_says_its_names(tmp_path: Path):
     assert (found.probabilities.sum(axis=1) <= 1).all()
     assert "AGPL-3.0 License" in detector.description
     assert "class_scores" in detector.description
+
+
+def test_look_shows_what_other_networks_find(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    pictures = tmp_path / "pictures"
+    pictures.mkdir()
+    assert write_png(str(pictures / "0.png"), RED)
+    for name, box in (("a", (40, 30, 20, 10, 0.9, 0.1)), ("b", (80, 50, 10, 30, 0.2, 0.6))):
+        rows = table(box, columns=6).transpose(0, 2, 1)
+        answering(tmp_path / f"{name}.onnx", {"output0": rows})
+    lists = [str(names(tmp_path, "mug", "lamp"))] * 2
+    files = [str(tmp_path / name) for name in ("a.onnx", "b.onnx")]
+    arguments = ["look", "--camera", str(pictures), "--detector", *files, "--classes", *lists]
+    assert main([*arguments, "--json"]) == 0
+    told = capsys.readouterr()
+    (frame,) = json.loads(told.out)["frames"]
+    assert {one["class"] for one in frame["objects"]} == {"mug", "lamp"}
+    assert all(file in told.err for file in files)
 
 
 def test_what_is_no_number_or_beside_the_picture_is_no_box(tmp_path: Path):
