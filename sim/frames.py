@@ -26,9 +26,15 @@ from sim.rendering.stage import Stage
 from sim.scenes.training import random_scene
 from sim.scenes.training_model import Item, TrainingScene
 from sim.scenes.training_parts import Part
-from sim.scenes.training_views import HEIGHT, MOUNTS, WIDTH, View, random_view
+from sim.scenes.training_views import (
+    FRAMES_PER_SCENE,
+    HEIGHT,
+    MOUNTS,
+    WIDTH,
+    View,
+    random_view,
+)
 
-FRAMES_PER_SCENE = 6
 LEAST_SLOPE = 0.08
 """Of the line from the rim of an open box up to the camera."""
 

@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import math
 import multiprocessing
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from PIL import Image
 
 from sim.annotation import TrainingFrame
 from sim.scenes.training_parts import get_part
+from sim.scenes.training_views import FRAMES_PER_SCENE
 from sim.vulkan import activate
 
 if TYPE_CHECKING:
     from sim.frames import FrameRenderer
 
+Job = TypeVar("Job")
 RECIPE = 1
 """Counted up when scenes, looks or labels change: shards of another recipe are rendered anew."""
 
@@ -66,15 +68,20 @@ def remove_stale(folder: Path, part: str, seed: int) -> None:
 
 def written(shards: Sequence[Shard], workers: int) -> Iterator[Shard]:
     """The shards as they get done."""
+    return worked(shards, _write, workers)
+
+
+def worked(jobs: Sequence[Job], work: Callable[[Job], None], workers: int) -> Iterator[Job]:
+    """Jobs that render, as they get done."""
     if workers <= 1:
-        for shard in shards:
-            _write(shard)
-            yield shard
+        for job in jobs:
+            work(job)
+            yield job
         return
     # A forked process would share the driver's state with its parent.
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(workers, context, initializer=activate) as pool:
-        running = {pool.submit(_write, shard): shard for shard in shards}
+        running = {pool.submit(work, job): job for job in jobs}
         for future in as_completed(running):
             future.result()
             yield running[future]
@@ -102,9 +109,6 @@ def _write(shard: Shard) -> None:
 
 
 def _rendered(shard: Shard) -> list[TrainingFrame]:
-    # sapien, and with it the driver, is needed by those alone who render.
-    from sim.frames import FRAMES_PER_SCENE  # noqa: PLC0415
-
     first = shard.start // FRAMES_PER_SCENE
     scenes = range(first, first + math.ceil(shard.size / FRAMES_PER_SCENE))
     part = get_part(shard.part)
@@ -115,6 +119,7 @@ def _rendered(shard: Shard) -> list[TrainingFrame]:
 @lru_cache(maxsize=1)
 def renderer() -> FrameRenderer:
     """The renderer of this process."""
+    # sapien, and with it the driver, is needed by those alone who render.
     from sim.frames import FrameRenderer  # noqa: PLC0415
 
     return FrameRenderer()

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,12 +11,13 @@ import msgspec
 import tyro
 
 from schemas.errors import UserError
+from services.commands.detectors import chosen
 from services.commands.output import print_json, print_table, say
 
 if TYPE_CHECKING:
-    from sim.experiments.report import Report
+    from sim.experiments.report import Report, Settings
 
-ALL = "all"
+ALL, PERCEPTION = "all", "perception"
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ BENCHES: dict[str, Bench] = {
     ),
     "grounding_training": Bench("bench_grounding_training:measure", 1),
     "mapping": Bench("bench_suites:measure_mapping", 15, "bench_mapping:draw"),
-    "perception": Bench("bench_suites:measure_perception", 25),
+    "perception": Bench("perception.bench:measure", 1000),
     "runtime": Bench("bench_suites:measure_runtime", 25),
 }
 
@@ -55,6 +56,9 @@ def bench(
     json: bool = False,
     plot: Path | None = None,
     keep: Path | None = None,
+    images: Path | None = None,
+    detector: tuple[Path, ...] = (),
+    classes: tuple[Path, ...] = (),
 ) -> int:
     """Run an experiment; our figures stand beside the paper's.
 
@@ -70,10 +74,29 @@ def bench(
         plot: folder for the document, the rows (CSV) and the figure (PNG).
         keep: file for the result of every episode; those in it that the same revision of the code
             made are not run again, so that what was interrupted goes on.
+        images: for perception: a folder of your own pictures instead of rendered ones; nothing is
+            known of them, so that times and what was found are told.
+        detector: for perception: ONNX files of other networks; several work as one.
+        classes: a file with the class names of each, where they do not say them themselves.
     """
+    from sim.experiments.report import Settings
+
     names = _chosen(name, runs, workers)
-    address = _address(cluster)
-    reports = [_run(one, runs, workers, address, seed, plot, keep) for one in names]
+    if name != PERCEPTION and (images or detector or classes):
+        raise UserError(f"--images, --detector and --classes go with perception, not with {name}")
+    detectors, detector_classes = chosen(detector, classes)
+    settings = Settings(
+        runs=runs or 0,
+        workers=workers,
+        seed=seed,
+        progress=say,
+        cluster=_address(cluster),
+        keep=keep,
+        detectors=detectors,
+        detector_classes=detector_classes,
+        images=images,
+    )
+    reports = [_run(one, settings, plot) for one in names]
     if json:
         documents = [msgspec.to_builtins(report) for report in reports]
         print_json({"bench": ALL, "benches": documents} if name == ALL else documents[0])
@@ -104,32 +127,21 @@ def _address(cluster: tuple[str, ...] | None) -> str | None:
     return cluster[0] if cluster else LOCAL
 
 
-def _run(
-    name: str,
-    runs: int | None,
-    workers: int,
-    cluster: str | None,
-    seed: int,
-    plot: Path | None,
-    keep: Path | None,
-) -> "Report":
+def _run(name: str, asked: "Settings", plot: Path | None) -> "Report":
     from services.runtime.provenance import git_revision, machine_description
-    from sim.experiments.report import Report, Settings
+    from sim.experiments.report import Report
 
     wanted = BENCHES[name]
-    settings = Settings(
-        runs=runs or wanted.runs,
-        workers=workers,
-        seed=seed,
-        progress=lambda doing: say(f"{name}: {doing}"),
-        cluster=cluster,
-        keep=keep,
-    )
+
+    def progress(doing: str) -> None:
+        say(f"{name}: {doing}")
+
+    settings = replace(asked, runs=asked.runs or wanted.runs, progress=progress)
     started = time.monotonic()
     found = _function(wanted.measure)(settings)
     report = Report(
         bench=name,
-        seed=seed,
+        seed=settings.seed,
         runs=settings.runs,
         git=git_revision(),
         machine=machine_description(),
@@ -140,7 +152,7 @@ def _run(
         settings=found.settings,
     )
     if plot is not None:
-        _write(report, plot)
+        _write(report, plot, found.draw or _function(wanted.draw))
     return report
 
 
@@ -149,27 +161,26 @@ def _function(name: str) -> Callable[..., Any]:
     return getattr(import_module(f"sim.experiments.{module}"), function)
 
 
-def _write(report: "Report", folder: Path) -> None:
+def _write(report: "Report", folder: Path, draw: "Callable[[Report, Path], None]") -> None:
     from sim.experiments.report import csv_text, json_text
 
     folder.mkdir(parents=True, exist_ok=True)
     target = folder / report.bench
     target.with_suffix(".json").write_text(json_text(report), encoding="utf-8")
     target.with_suffix(".csv").write_text(csv_text(report), encoding="utf-8")
-    _function(BENCHES[report.bench].draw)(report, target.with_suffix(".png"))
+    draw(report, target.with_suffix(".png"))
     say(f"{report.bench}: wrote {target}.json, .csv and .png")
 
 
 def _print(report: "Report") -> None:
     from sim.experiments.report import (
         COMPARISON_HEAD,
-        HEAD,
-        cells,
         comparison_cells,
         failure_lines,
+        table_of,
     )
 
-    print_table(HEAD, [cells(row) for row in report.rows])
+    print_table(*table_of(report.rows))
     if report.comparisons:
         print_table(COMPARISON_HEAD, [comparison_cells(one) for one in report.comparisons])
     if failures := failure_lines(report):

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from msgspec import UNSET
 
 from sim.experiments.report import Report, Row
 
@@ -31,6 +32,7 @@ def _draw_unit(axes: Axes, unit: str, rows: list[Row]) -> None:
     for name, marker, values in (
         ("paper", "k^", [row.paper for row in rows]),
         ("peer", "rx", [row.peer.value if row.peer else None for row in rows]),
+        ("asked", "g|", [None if row.asked is UNSET else row.asked for row in rows]),
     ):
         known = [(value, y) for value, y in zip(values, at, strict=True) if value is not None]
         if known:

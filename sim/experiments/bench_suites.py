@@ -1,5 +1,6 @@
 """The speed suites of `tests.benchmarks` as experiments."""
 
+from collections.abc import Sequence
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
@@ -11,7 +12,6 @@ from sim.experiments.report import Outcome, Row, Settings
 
 SUITES = {
     "runtime": ["wire", "codec", "startup"],
-    "perception": ["shader", "camera", "detector", "fiducials"],
     "mapping": ["mapping", "mapping_growth"],
 }
 """Benchmarks of each part."""
@@ -22,30 +22,33 @@ def measure_runtime(settings: Settings) -> Outcome:
     return _measure("runtime", settings)
 
 
-def measure_perception(settings: Settings) -> Outcome:
-    """Rendering, camera and detector."""
-    return _measure("perception", settings)
-
-
 def measure_mapping(settings: Settings) -> Outcome:
     """Steps of the filter and decisions, and how they grow."""
     return _measure("mapping", settings)
 
 
 def _measure(suite: str, settings: Settings) -> Outcome:
+    settings.progress(", ".join(SUITES[suite]))
+    return Outcome(suite_rows(SUITES[suite], settings.runs))
+
+
+def suite_rows(names: Sequence[str], rounds: int) -> tuple[Row, ...]:
+    """Rows of benchmarks, each contender having so many turns.
+
+    Raises:
+        MissingComponentError: the benchmarks, what they compare with, or a device to draw with.
+    """
     if find_spec("tests") is None or find_spec("tests.benchmarks") is None:
         raise MissingComponentError("tests/benchmarks is missing: run this from a checkout")
     runner: Any = import_module("tests.benchmarks.__main__")
-    settings.progress(", ".join(SUITES[suite]))
     try:
-        measured = runner.run(SUITES[suite], settings.runs)
+        measured = runner.run(list(names), rounds)
     except ModuleNotFoundError as error:
         raise MissingComponentError(
-            f"bench {suite} compares with {error.name}, which is not installed here; "
+            f"{', '.join(names)}: compared with {error.name}, which is not installed here; "
             "the environment of './incognita test' has it"
         ) from error
-    rows = msgspec.convert([_contract(row) for row in measured], tuple[Row, ...])
-    return Outcome(rows)
+    return msgspec.convert([_contract(row) for row in measured], tuple[Row, ...])
 
 
 def _contract(row: object) -> dict[str, Any]:

@@ -10,12 +10,14 @@ from typing import Literal
 
 import msgspec
 import numpy as np
-from msgspec import Struct
+from msgspec import UNSET, Struct, UnsetType
 from numpy.random import Generator
 from numpy.typing import NDArray
 
 Interval = tuple[float, float]
 Better = Literal["lower", "higher"]
+Asked = float | UnsetType
+"""A goal, where one was set."""
 
 RESAMPLES = 2000
 _z = 1.959964
@@ -44,6 +46,17 @@ class Row(Struct, frozen=True, kw_only=True):
     arms: dict[str, float] = {}
     """The same figure of other ways to do it."""
     peer: Peer | None = None
+    asked: Asked = UNSET
+    """What was set as a goal, where one was; the document leaves it out elsewhere."""
+
+    @property
+    def asked_text(self) -> str:
+        """The goal for people, and whether it is missed."""
+        if self.asked is UNSET:
+            return ""
+        lower = self.better == "lower"
+        missed = self.ours > self.asked if lower else self.ours < self.asked
+        return f"{'<=' if lower else '>='} {self.asked:.4g}{', missed' if missed else ''}"
 
     @property
     def title(self) -> str:
@@ -93,6 +106,12 @@ class Settings:
     """Address of a Ray cluster that episodes are spread over, "" to start one; None is none."""
     keep: Path | None = None
     """File of the episodes' results, see `kept`; None keeps none."""
+    detectors: tuple[str, ...] = ()
+    """ONNX files of the networks that perception is measured with; none is our own."""
+    detector_classes: tuple[str, ...] = ()
+    """A file with the class names of each, or none."""
+    images: Path | None = None
+    """Folder of a person's own pictures to try perception on instead of rendered ones."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +123,8 @@ class Outcome:
     comparisons: tuple[Comparison, ...] = ()
     settings: tuple[str, ...] = ()
     """What the figures hold for, one line each."""
+    draw: "Callable[[Report, Path], None] | None" = None
+    """Draws what the rows alone do not hold, instead of what else the experiment draws."""
 
 
 class Report(Struct, frozen=True, kw_only=True):
@@ -142,7 +163,7 @@ def bootstrap_median_interval(samples: Sequence[float], rng: Generator) -> Inter
     return float(low), float(high)
 
 
-def rate_row(row: str, metric: str, outcomes: Sequence[bool]) -> Row:
+def rate_row(row: str, metric: str, outcomes: Sequence[bool], asked: Asked = UNSET) -> Row:
     """Share of successes in percent with its Wilson interval."""
     low, high = wilson_interval(sum(outcomes), len(outcomes))
     share = sum(outcomes) / max(len(outcomes), 1)
@@ -153,6 +174,7 @@ def rate_row(row: str, metric: str, outcomes: Sequence[bool]) -> Row:
         better="higher",
         ours=100 * share,
         interval=(100 * low, 100 * high),
+        asked=asked,
     )
 
 
@@ -178,6 +200,13 @@ def time_row(
 
 
 HEAD = ("metric", "paper", "ours", "95 % interval", "peer")
+
+
+def table_of(rows: Sequence[Row]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Head and cells; where goals were set, they stand in a column of their own."""
+    if all(row.asked is UNSET for row in rows):
+        return HEAD, [cells(row) for row in rows]
+    return (*HEAD, "asked"), [(*cells(row), row.asked_text) for row in rows]
 
 
 def cells(row: Row) -> tuple[str, ...]:
@@ -222,13 +251,14 @@ def csv_text(report: Report) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     arms = list(dict.fromkeys(name for row in report.rows for name in row.arms))
-    head = ("row", "metric", "unit", "paper", "ours", "low", "high", "peer", "peer value")
+    head = ("row", "metric", "unit", "paper", "ours", "low", "high", "peer", "peer value", "asked")
     writer.writerow((*head, *arms))
     for row in report.rows:
         peer = (row.peer.name, row.peer.value) if row.peer else ("", "")
         paper = "" if row.paper is None else row.paper
         others = [row.arms.get(name, "") for name in arms]
-        figures = (row.ours, *row.interval, *peer, *others)
+        asked = "" if row.asked is UNSET else row.asked
+        figures = (row.ours, *row.interval, *peer, asked, *others)
         writer.writerow((row.row, row.metric, row.unit, paper, *figures))
     return out.getvalue()
 

@@ -14,6 +14,7 @@ from schemas.geometry import Pose3, Quaternion, quaternion_product
 from sim.assets.library import DETECTED
 from sim.scenes.training_model import Item, TrainingScene
 
+FRAMES_PER_SCENE = 6
 WIDTH, HEIGHT = HUSKY.camera.width, HUSKY.camera.height
 
 

@@ -6,13 +6,14 @@ from hypothesis import strategies as st
 from services.perception.detection.boxes import Boxes
 from services.perception.training.detector.evaluation import (
     Labelled,
-    average_precision,
+    Ranked,
     class_precisions,
     matches,
     near_only,
     near_side,
     outcomes,
     overlap_matrix,
+    ranked,
 )
 from services.perception.training.detector.threshold import (
     found_per_hundred,
@@ -66,9 +67,20 @@ def test_class_that_never_occurs_has_no_precision():
     assert np.isnan(class_precisions([picture], 3, 0.5)).tolist() == [False, True, True]
 
 
+def one_class(scores: np.ndarray, correct: np.ndarray, count: int) -> Ranked:
+    """Boxes of one class in a picture each, `count` objects in the first."""
+    order = np.argsort(-scores)
+    positives = np.zeros(len(scores), np.int32)
+    positives[0] = count
+    return Ranked(order.astype(np.int32), scores[order], correct[order], positives)
+
+
 def test_known_curve():
-    correct = np.array([True, False, True])
-    assert average_precision(np.array([0.9, 0.8, 0.7]), correct, 2) == pytest.approx(5 / 6)
+    found_of = one_class(np.array([0.9, 0.8, 0.7]), np.array([True, False, True]), 2)
+    assert found_of.average_precision() == pytest.approx(5 / 6)
+    recall, precision = found_of.curve()
+    np.testing.assert_allclose(recall, [1 / 2, 1 / 2, 1])
+    np.testing.assert_allclose(precision, [1, 1 / 2, 2 / 3])
 
 
 @settings(deadline=None)
@@ -76,9 +88,28 @@ def test_known_curve():
 def test_precision_depends_on_order_alone(seed: int, count: int):
     rng = np.random.default_rng(seed)
     scores, correct = rng.permutation(count) / count, rng.random(count) < 0.5
-    value = average_precision(scores, correct, count)
+    value = one_class(scores, correct, count).average_precision()
     assert 0 <= value <= 1
-    assert average_precision(scores**3, correct, count) == pytest.approx(value)
+    assert one_class(scores**3, correct, count).average_precision() == pytest.approx(value)
+
+
+@settings(deadline=None)
+@given(seed=st.integers(0, 1000))
+def test_a_picture_that_counts_twice_counts_like_two(seed: int):
+    rng = np.random.default_rng(seed)
+    some = [
+        labelled(
+            found(
+                BOXES + rng.uniform(0, 6, (3, 1)), [0, 0, 1], rng.permutation(3) / 3 + number / 9
+            ),
+            BOXES,
+            np.array([0, 1, 0]),
+        )
+        for number in range(3)
+    ]
+    weighted = ranked(some, 0, 0.5).average_precision(np.array([2.0, 0.0, 1.0]))
+    again = ranked([some[0], some[0], some[2]], 0, 0.5).average_precision()
+    assert weighted == pytest.approx(again)
 
 
 def test_outcomes_name_what_each_box_is_on():

@@ -71,8 +71,12 @@ def detector_of(run: RunConfig) -> FindsObjects:
     return DetectorBank(user_detectors(run.detectors, run.detector_classes))
 
 
-def user_detectors(weights: Sequence[str], class_files: Sequence[str]) -> list[Detector]:
+def user_detectors(
+    weights: Sequence[str], class_files: Sequence[str], threshold: float | None = None
+) -> list[Detector]:
     """Detectors from files, each with a class file of its own, or all without.
+
+    Each has its own working threshold unless one is given.
 
     Raises:
         DetectorFileError: a file cannot be used, or there are not as many class files as networks.
@@ -84,7 +88,7 @@ def user_detectors(weights: Sequence[str], class_files: Sequence[str]) -> list[D
         )
     files: list[Path | None] = [Path(file) for file in class_files]
     pairs = zip(weights, files or [None] * len(weights), strict=True)
-    return [Detector(Path(file), class_file) for file, class_file in pairs]
+    return [Detector(Path(file), class_file, threshold) for file, class_file in pairs]
 
 
 def _summed(values: Floats, target: Ints, count: int) -> Floats:

@@ -116,7 +116,16 @@ class Detector:
             DetectorFileError: the network cannot be run on it, or named a class without a name.
         """
         height, width = color.shape[:2]
-        return self.read(self._network(self._shown_at(width, height).blob(color)), width, height)
+        return self.read(self.outputs(color), width, height)
+
+    def outputs(self, color: NDArray[np.uint8]) -> Outputs:
+        """What the network answers to an RGB picture (H, W, 3), not yet read.
+
+        Raises:
+            DetectorFileError: the network cannot be run on it.
+        """
+        height, width = color.shape[:2]
+        return self._network(self._shown_at(width, height).blob(color))
 
     def read(self, outputs: Outputs, width: int, height: int) -> Boxes:
         """Boxes that the network's outputs tell of, in a picture of `width` x `height` px."""

@@ -72,21 +72,44 @@ def matches(found: Floats, true_boxes: Floats, threshold: float) -> Ints:
     return result
 
 
-def average_precision(scores: Floats, correct: Flags, positives: int) -> float:
-    """Area under the interpolated precision-recall curve; not a number without positives."""
-    if positives == 0:
-        return float("nan")
-    hits = correct[np.argsort(-scores, kind="stable")]
-    true_count = np.cumsum(hits)
-    recall = np.concatenate([[0.0], true_count / positives])
-    precision = true_count / np.arange(1, len(hits) + 1)
-    envelope = np.maximum.accumulate(precision[::-1])[::-1]
-    return float((np.diff(recall) * envelope).sum())
+@dataclass(frozen=True)
+class Ranked:
+    """All N boxes of one class that P pictures show, best first, and whether they are right."""
+
+    pictures: Ints
+    """(N,) which picture each box is in."""
+    scores: Floats
+    """(N,)"""
+    correct: Flags
+    """(N,)"""
+    positives: Ints
+    """(P,) objects of the class in each picture."""
+
+    def curve(self, weights: Floats | None = None) -> tuple[Floats, Floats]:
+        """Recall and precision (N,) at the score of each box.
+
+        `weights` (P,) let a picture count several times, or not at all.
+        """
+        each = np.ones(len(self.positives)) if weights is None else weights
+        counts = each[self.pictures]
+        right, taken = np.cumsum(counts * self.correct), np.cumsum(counts)
+        return right / max(float(each @ self.positives), 1e-9), right / np.maximum(taken, 1e-9)
+
+    def average_precision(self, weights: Floats | None = None) -> float:
+        """Area under the interpolated precision-recall curve; not a number without positives."""
+        each = np.ones(len(self.positives)) if weights is None else weights
+        if each @ self.positives == 0:
+            return float("nan")
+        recall, precision = self.curve(weights)
+        envelope = np.maximum.accumulate(precision[::-1])[::-1]
+        return float((np.diff(recall, prepend=0.0) * envelope).sum())
 
 
 def class_precisions(pictures: Sequence[Labelled], classes: int, threshold: float) -> Floats:
     """Average precision (C,) of each class at one overlap threshold."""
-    return np.array([_one_class(pictures, index, threshold) for index in range(classes)])
+    return np.array(
+        [ranked(pictures, index, threshold).average_precision() for index in range(classes)]
+    )
 
 
 def near_only(picture: Labelled) -> Labelled:
@@ -122,19 +145,29 @@ def above(picture: Labelled, threshold: float) -> Labelled:
     return replace(picture, found=picture.found.selected(picture.found.scores >= threshold))
 
 
-def _one_class(pictures: Sequence[Labelled], index: int, threshold: float) -> float:
+def ranked(pictures: Sequence[Labelled], index: int, threshold: float) -> Ranked:
+    """The boxes of one class, judged at one overlap threshold, without those on ignored objects."""
     scores: list[Floats] = []
     correct: list[Flags] = []
-    positives = 0
-    for picture in pictures:
+    numbers: list[Ints] = []
+    positives: list[int] = []
+    for number, picture in enumerate(pictures):
         found = picture.found.selected(picture.found.classes == index)
         true_boxes = picture.true_boxes[picture.true_classes == index]
         right = matches(found.corners_px, true_boxes, threshold) >= 0
         judged = right | ~_excused(found.corners_px, picture.ignored_boxes)
         scores.append(found.scores[judged])
         correct.append(right[judged])
-        positives += len(true_boxes)
-    return average_precision(np.concatenate(scores), np.concatenate(correct), positives)
+        numbers.append(np.full(int(judged.sum()), number, np.int32))
+        positives.append(len(true_boxes))
+    every = np.concatenate(scores)
+    order = np.argsort(-every, kind="stable")
+    return Ranked(
+        pictures=np.concatenate(numbers)[order],
+        scores=every[order],
+        correct=np.concatenate(correct)[order],
+        positives=np.array(positives, np.int32),
+    )
 
 
 def _excused(found: Floats, ignored: Floats) -> Flags:
