@@ -4,6 +4,7 @@ import csv
 import json
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -11,6 +12,7 @@ from schemas.errors import MissingComponentError, UserError
 from services.commands import bench
 from sim.experiments.bench_figures import draw_rows
 from sim.experiments.report import (
+    HEAD,
     Outcome,
     Peer,
     Report,
@@ -22,6 +24,7 @@ from sim.experiments.report import (
     failure_lines,
     json_text,
     rate_row,
+    table_of,
     time_row,
     wilson_interval,
 )
@@ -191,3 +194,13 @@ def test_without_ray_a_cluster_is_refused_with_the_remedy(
 def test_a_cluster_has_one_address() -> None:
     with pytest.raises(UserError, match="--cluster a b; allowed: one address"):
         bench.bench("fov", cluster=("a", "b"))
+
+
+def test_a_goal_stands_beside_the_figure_and_elsewhere_nothing_changes() -> None:
+    goal = msgspec.structs.replace(ROWS[2], asked=1.8)
+    assert json.loads(msgspec.json.encode(goal))["asked"] == 1.8
+    head, lines = table_of([ROWS[0], goal])
+    assert head[-1] == "asked"
+    assert [line[-1] for line in lines] == ["", "<= 1.8, missed"]
+    assert msgspec.structs.replace(ROWS[0], asked=90.0).asked_text == ">= 90"
+    assert table_of(ROWS)[0] == HEAD

@@ -95,10 +95,10 @@ def _suites(settings: Settings) -> tuple[list[Row], list[str]]:
             rows += suite_rows([name], rounds)
         except MissingComponentError as error:
             left_out.append(f"left out: {error}")
-    return rows + [ratio for row in rows if (ratio := _ratio(row)) is not None], left_out
+    return rows + [ratio for row in rows if (ratio := ratio_of(row)) is not None], left_out
 
 
-def _ratio(row: Row) -> Row | None:
+def ratio_of(row: Row) -> Row | None:
     """The network's time as a multiple of onnxruntime's, where a row compares the two."""
     peer = row.peer
     if peer is None or not peer.name.startswith(_peer) or peer.name.endswith(_slow_peer):

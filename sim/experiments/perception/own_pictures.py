@@ -3,6 +3,7 @@
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -12,7 +13,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from schemas.errors import UserError
-from services.perception.camera.source import CameraSourceError, open_source
+from services.perception.camera.source import CameraSource, CameraSourceError, open_source
 from services.perception.detection.boxes import Boxes
 from services.perception.fiducials import TagReader
 from sim.experiments.perception.networks import Networks
@@ -46,8 +47,9 @@ def measure_pictures(images: Path, networks: Networks, settings: Settings) -> Ou
     refused: Counter[str] = Counter()
     looks: list[Look] = []
     reader = TagReader()
-    with counting("looking", settings.runs) as progress:
-        for picture in _pictures(images, settings.runs, refused):
+    source = open_source(str(images))
+    with closing(source), counting("looking", None) as progress:
+        for picture in _pictures(source, settings.runs, refused):
             looks.append(_look(picture, networks, reader))
             progress(len(looks))
     if not looks:
@@ -67,21 +69,19 @@ _times_of = ("times are those of the processor, one thread; of what was found no
              " is true",)  # fmt: skip
 
 
-def _pictures(images: Path, most: int, refused: Counter[str]) -> Iterator[NDArray[np.uint8]]:
+def _pictures(
+    source: CameraSource, most: int, refused: Counter[str]
+) -> Iterator[NDArray[np.uint8]]:
     """Pictures of a folder, a video or a file; what is no picture is counted."""
-    source = open_source(str(images))
-    try:
-        for _ in range(most):
-            try:
-                picture = source.picture()
-            except CameraSourceError as error:
-                refused[str(error)] += 1
-                continue
-            if picture is None:
-                return
-            yield picture
-    finally:
-        source.close()
+    for _ in range(most):
+        try:
+            picture = source.picture()
+        except CameraSourceError as error:
+            refused[str(error)] += 1
+            continue
+        if picture is None:
+            return
+        yield picture
 
 
 def _look(color: NDArray[np.uint8], networks: Networks, reader: TagReader) -> Look:

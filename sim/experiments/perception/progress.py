@@ -8,8 +8,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 
 @contextmanager
-def counting(what: str, total: int) -> Generator[Callable[[int], None]]:
-    """A bar that is told how many are done."""
+def counting(what: str, total: int | None) -> Generator[Callable[[int], None]]:
+    """A bar that is told how many are done, of so many or of nobody knows how many."""
     with Progress(
         TextColumn("{task.description}"),
         BarColumn(),
