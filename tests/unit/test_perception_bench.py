@@ -14,15 +14,19 @@ from schemas.sensing import Intrinsics, RgbdFrame
 from services.cli import main
 from services.perception.detection.boxes import Boxes
 from services.perception.detection.calibration import calibration_error
+from services.perception.places.card import PlacesCard
+from services.perception.training.places.measurement import Looks, figures
 from sim.experiments.perception.bench import ratio_of
 from sim.experiments.perception.box_rows import box_rows, false_row, poisson_interval, working_rows
 from sim.experiments.perception.boxes import BoxFigures, labelled
 from sim.experiments.perception.cycle import sized
 from sim.experiments.perception.frames import KnownFrame
+from sim.experiments.perception.place_rows import judged_rows
 from sim.experiments.perception.resampling import RESAMPLES, scene_interval, scene_weights
 from sim.experiments.perception.space import Placings, joined, placings_in
 from sim.experiments.perception.space_rows import ASKED_CM, ASKED_OF_RANGE, space_rows
 from sim.experiments.report import Peer, Row
+from sim.scenes.rooms import ROOM_KINDS
 
 CLASSES = ("cone", "hydrant")
 AHEAD = Pose3((0.2, 0.0, 1.0), (0.5, -0.5, 0.5, -0.5))
@@ -81,7 +85,7 @@ def test_classes_that_the_network_does_not_know_are_scenery():
     assert (right.ours, found.ours) == (0.0, 0.0)
 
 
-def figures(shift: float, count: int = 12) -> BoxFigures:
+def box_figures(shift: float, count: int = 12) -> BoxFigures:
     """Every object found in pictures of four scenes, boxes moved by this many pixels."""
     rows = np.array([[0.95, 0.0], [0.0, 0.95]])
     found = boxes_of(BOXES[[0, 2]] + shift, rows)
@@ -94,14 +98,14 @@ def by_metric(rows: list[Row]) -> dict[tuple[str, str], Row]:
 
 
 def test_what_is_found_exactly_has_a_precision_of_one_and_what_is_beside_it_has_none():
-    exact = by_metric(box_rows(figures(0.0), np.random.default_rng(0)))
+    exact = by_metric(box_rows(box_figures(0.0), np.random.default_rng(0)))
     assert exact["detector, all classes", "mAP50"].ours == pytest.approx(1.0)
     assert exact["detector, all classes", "mAP50-95"].interval == pytest.approx((1.0, 1.0))
     assert exact["detector, probability of the class named", "calibration error"].ours < 0.051
-    beside = by_metric(box_rows(figures(60.0), np.random.default_rng(0)))
+    beside = by_metric(box_rows(box_figures(60.0), np.random.default_rng(0)))
     assert beside["detector, cone", "AP50"].ours == 0.0
     assert "missed" in beside["detector, all classes", "mAP50"].asked_text
-    moved = by_metric(box_rows(figures(4.0), np.random.default_rng(0)))
+    moved = by_metric(box_rows(box_figures(4.0), np.random.default_rng(0)))
     assert 0.3 < moved["detector, all classes", "mAP50-95"].ours < 1.0
 
 
@@ -252,3 +256,23 @@ def test_what_cannot_be_done_is_refused_in_one_line(
     told = capsys.readouterr().err.strip()
     assert len(told.splitlines()) == 1
     assert all(word in told for word in words)
+
+
+def test_rows_of_places_say_what_the_card_says():
+    rng, types = np.random.default_rng(1), len(ROOM_KINDS)
+    truth = rng.integers(0, types, 400).astype(np.int32)
+    logits = rng.normal(0, 2, (400, types))
+    logits[np.arange(400), truth] += 4.0
+    said = np.repeat(logits[:, None], 3, axis=1)
+    looks = Looks(said, said, truth, np.repeat(truth[:, None], 3, axis=1))
+    nothing = {"training_pictures": 0, "validation_pictures": 0, "seed": 0, "windows_seen": 0}
+    card = PlacesCard(types=ROOM_KINDS, sha256="", licence="", data="", parameters=0, **nothing)
+    rows = by_metric(judged_rows(card, looks))
+    told = figures(ROOM_KINDS, looks.pooled(1.0, 1.0), truth)
+    right = rows["place of the camera", "likeliest type is right"]
+    assert right.ours == pytest.approx(100 * told.accuracy)
+    assert right.interval[0] < right.ours < right.interval[1]
+    error = rows["place of the camera", "calibration error"]
+    assert error.ours == pytest.approx(told.calibration_error)
+    # No window shows another place than the camera is in.
+    assert not [row for row, _ in rows if "doorway" in row]

@@ -45,11 +45,12 @@ def measure(settings: Settings) -> Outcome:
     with counting("looking", len(test)) as progress:
         found = found_in(test, networks, read_forms(), progress)
     rng = np.random.default_rng(settings.seed)
+    settings.progress("time of the cycle")
+    speed = _speed(test, networks, rng)
     places, about_places = place_rows(settings, FOLDER)
     suites, about_suites = _suites(settings)
     return Outcome(
-        rows=(*_quality(found, networks, empty, rng), *_speed(test, networks, rng),
-              *places, *suites),
+        rows=(*_quality(found, networks, empty, rng), *speed, *places, *suites),
         settings=(*_told(settings, networks, test, empty), *about_places, *about_suites),
         draw=partial(draw, found),
     )  # fmt: skip

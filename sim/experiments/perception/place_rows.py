@@ -7,6 +7,7 @@ import numpy as np
 
 from schemas.arrays import Flags, Floats, Ints
 from services.perception.detection.calibration import calibration_error, reliability
+from services.perception.places.card import PlacesCard
 from services.perception.places.classifier import PlaceClassifier, default_places, softmax
 from services.perception.training.places.frames import PlacePicture, read_places, write_places
 from services.perception.training.places.measurement import Looks, even, looks_at
@@ -34,13 +35,12 @@ def place_rows(settings: Settings, folder: Path) -> tuple[list[Row], list[str]]:
     started = time.process_time()
     looks = looks_at(classifier, pictures)
     spent_ms = 1e3 * (time.process_time() - started) / len(pictures)
-    rows = [*judged_rows(classifier, looks), _time(spent_ms, pictures)]
+    rows = [*judged_rows(classifier.card, looks), _time(spent_ms, pictures)]
     return rows, [f"places: {len(pictures)} pictures of rendered rooms, seed {seed}"]
 
 
-def judged_rows(classifier: PlaceClassifier, looks: Looks) -> list[Row]:
+def judged_rows(card: PlacesCard, looks: Looks) -> list[Row]:
     """Of the place that the camera is in, of those ahead, and of those seen through doorways."""
-    card = classifier.card
     here = looks.pooled(card.here_temperature, card.pooling)
     logits, truth = looks.windows
     ahead = softmax(logits / card.ahead_temperature)
