@@ -99,14 +99,14 @@ def by_metric(rows: list[Row]) -> dict[tuple[str, str], Row]:
 
 def test_what_is_found_exactly_has_a_precision_of_one_and_what_is_beside_it_has_none():
     exact = by_metric(box_rows(box_figures(0.0), np.random.default_rng(0)))
-    assert exact["detector, all classes", "mAP50"].ours == pytest.approx(1.0)
-    assert exact["detector, all classes", "mAP50-95"].interval == pytest.approx((1.0, 1.0))
+    assert exact["detector, all 2 classes", "mAP50"].ours == pytest.approx(1.0)
+    assert exact["detector, all 2 classes", "mAP50-95"].interval == pytest.approx((1.0, 1.0))
     assert exact["detector, probability of the class named", "calibration error"].ours < 0.051
     beside = by_metric(box_rows(box_figures(60.0), np.random.default_rng(0)))
     assert beside["detector, cone", "AP50"].ours == 0.0
-    assert "missed" in beside["detector, all classes", "mAP50"].asked_text
+    assert "missed" in beside["detector, all 2 classes", "mAP50"].asked_text
     moved = by_metric(box_rows(box_figures(4.0), np.random.default_rng(0)))
-    assert 0.3 < moved["detector, all classes", "mAP50-95"].ours < 1.0
+    assert 0.3 < moved["detector, all 2 classes", "mAP50-95"].ours < 1.0
 
 
 def test_the_weighted_calibration_error_is_that_of_the_reliability_diagram():

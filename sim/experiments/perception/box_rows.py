@@ -8,7 +8,12 @@ from numpy.random import Generator
 from scipy.stats import chi2
 
 from schemas.arrays import Floats
-from services.perception.training.detector.evaluation import Labelled, Ranked, outcomes
+from services.perception.training.detector.evaluation import (
+    Labelled,
+    Ranked,
+    near_side,
+    outcomes,
+)
 from sim.experiments.perception.boxes import HALF, BoxFigures
 from sim.experiments.perception.resampling import scene_interval, scene_weights
 from sim.experiments.report import Asked, Interval, Row, rate_row
@@ -24,10 +29,11 @@ def box_rows(figures: BoxFigures, rng: Generator) -> list[Row]:
     weights = scene_weights(figures.scenes, rng)
     every = [table for of_class in figures.tables for table in of_class]
     halves = [of_class[HALF] for of_class in figures.tables]
+    name = f"all {len(figures.shown)} classes"
     rows = [
-        _precision("all classes", "mAP50", halves, weights, ASKED_MAP50),
-        _precision("all classes", "mAP50-95", every, weights, ASKED_MAP50_95),
-        _precision("all classes, 24 px and more", "mAP50", figures.near, weights),
+        _precision(name, "mAP50", halves, weights, ASKED_MAP50),
+        _precision(name, "mAP50-95", every, weights, ASKED_MAP50_95),
+        _precision(f"{name}, {near_side:g} px and more", "mAP50", figures.near, weights),
         _calibration(figures, weights),
     ]
     for name, tables in zip(figures.shown, figures.tables, strict=True):
