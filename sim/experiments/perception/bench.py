@@ -125,7 +125,8 @@ def _told(
         f"pictures {len(test)} and {len(empty)} of sim.dataset's sets test and empty, seed "
         f"{settings.seed}, with the depth of a camera that measures to {RANGE_MAX:g} m; kept in "
         f"{FOLDER}",
-        "times are those of the processor, one thread",
+        "times of the cycle are those of the processor, one thread; those of a simulation and of "
+        "what has a peer are by the wall clock",
     ]
     if unknown:
         lines.append(f"not known to the network, hence scenery: {', '.join(unknown)}")
