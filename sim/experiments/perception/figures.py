@@ -81,11 +81,13 @@ def _draw_errors(axes: Axes, placings: Placings) -> None:
         )
         shown = np.minimum(own.errors, _most_m)
         axes.plot(own.ranges, 100 * shown, ".", color=color, alpha=0.3, markersize=4)
+        label: str | None = f"{kind} things, mean"
         for band in BANDS:
             some = own.errors[own.within(band)]
             if len(some) >= _few:
-                label = f"{kind} things, mean" if band == BANDS[1] else None
                 axes.plot(band, [100 * some.mean()] * 2, color=color, lw=3, label=label)
+                # One line in the legend is enough.
+                label = None
     far = BANDS[-1][1]
     axes.plot([0, far], [0, far * ASKED_OF_RANGE], "k:", label=f"asked: {ASKED_OF_RANGE:g} %")
     axes.plot(2.0, ASKED_CM, "k^", label=f"asked: {ASKED_CM:g} cm at 2 m")
