@@ -64,7 +64,7 @@ _inner = 0.7
 """Diameter of the inner part of a box, which the object itself fills best, in sides."""
 _spread = 0.2
 """Standard deviation of the weight around the middle of a box, in sides."""
-_on_it = (0.012, 0.012)
+ABOVE_SUPPORT = (0.012, 0.012)
 """Points lower than this above the support belong to it: always [m], and for each metre of range,
 because readings scatter and the base pitches a little [m/m]."""
 
@@ -103,7 +103,7 @@ def surface_in(
     points = rays.origin + rays.directions[rows, columns] * inside[..., None]
     support = support_height(box, depth, rays)
     distance = np.hypot(points[..., 0] - rays.origin[0], points[..., 1] - rays.origin[1])
-    solid = (inside > 0) & (points[..., 2] > support + _on_it[0] + _on_it[1] * distance)
+    solid = (inside > 0) & (points[..., 2] > support + ABOVE_SUPPORT[0] + ABOVE_SUPPORT[1] * distance)
     layer = _object_layer(inside, solid, range_max)
     if layer is None:
         return None
