@@ -14,7 +14,7 @@ from services.perception.detection.boxes import Boxes, in_picture, joined, likel
 from services.perception.detection.calibration import Calibration
 from services.perception.detection.card import read_card
 from services.perception.detection.decoding import Decoder
-from services.perception.detection.gaze import EVERYTHING, Gaze, Part
+from services.perception.detection.gaze import EVERYTHING, Gaze, Part, cut_off
 from services.perception.detection.layouts import Layout, Outputs, Recognised, recognised
 from services.perception.detection.picture import Preprocessing
 from services.perception.detection.reading import read_network_file
@@ -126,7 +126,7 @@ class Detector:
         shown = self._shown_at(width, height)
         padded = shown.padded(color)
         found = [
-            self._read(self._network(shown.blob_of(padded[part])), part)
+            self._read(self._network(shown.blob_of(padded[part])), part, shown)
             for part in self._parts(gaze, width, height)
         ]
         return self._finished(joined(found, len(self.classes)), width, height)
@@ -135,7 +135,7 @@ class Detector:
         """Boxes that the network's outputs tell of, in a picture of `width` x `height` px."""
         shown = self._shown_at(width, height)
         whole = slice(0, shown.height), slice(0, shown.width)
-        return self._finished(self._read(outputs, whole), width, height)
+        return self._finished(self._read(outputs, whole, shown), width, height)
 
     def pixels(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> int:
         """Of the network's input that a look at a picture of `width` x `height` px takes."""
@@ -150,14 +150,15 @@ class Detector:
         takes_parts = self._reading.any_size or not parts
         return parts if takes_parts else EVERYTHING.parts(fit, shown.width, shown.height)
 
-    def _read(self, outputs: Outputs, part: Part) -> Boxes:
+    def _read(self, outputs: Outputs, part: Part, shown: Preprocessing) -> Boxes:
         """Boxes in the input that the outputs for a part of it tell of."""
         rows, columns = part
         width, height = columns.stop - columns.start, rows.stop - rows.start
         decode = Decoder(self._found, len(self.classes), width, height)
         boxes = likely(decode(outputs), self.threshold, self.calibration)
         offset = np.array([columns.start, rows.start] * 2, np.float64)
-        return replace(boxes, corners_px=boxes.corners_px + offset)
+        moved = replace(boxes, corners_px=boxes.corners_px + offset)
+        return moved.selected(~cut_off(moved.corners_px, part, shown.width, shown.height))
 
     def _finished(self, boxes: Boxes, width: int, height: int) -> Boxes:
         boxes = in_picture(boxes, self._shown_at(width, height).fit(width, height))

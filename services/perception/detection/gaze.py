@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
-from schemas.arrays import Ints
+from schemas.arrays import Flags, Floats, Ints
 from services.perception.detection.picture import Fit
 
 _step = 32
@@ -14,6 +14,9 @@ _grain = 8
 """Parts begin at multiples of this, the finest stride: their cells are those of the whole [px]."""
 _overhead = 2000
 """What one more pass of a network costs beside its pixels [px]."""
+
+_rim = 2
+"""Boxes that end nearer than this to an edge are cut by it [px]."""
 
 Part = tuple[slice, slice]
 """Rows and columns."""
@@ -54,6 +57,20 @@ class Gaze:
 
 EVERYTHING = Gaze()
 """All of the picture, by all networks."""
+
+
+def cut_off(corners: Floats, part: Part, width: int, height: int) -> Flags:
+    """(N,) Which boxes (N, 4) in an input of `width` x `height` px end where a part of it does.
+
+    What is looked at has room around it: they are on something else, of which the part shows half.
+    """
+    rows, columns = part
+    low = np.array([columns.start, rows.start])
+    high = np.array([columns.stop, rows.stop])
+    inner_low, inner_high = low > 0, high < [width, height]
+    return (
+        (corners[:, :2] < low + _rim) & inner_low | (corners[:, 2:] > high - _rim) & inner_high
+    ).any(axis=1)
 
 
 def _merged(boxes: list[Ints], whole: Ints) -> list[Ints]:
