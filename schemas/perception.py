@@ -54,11 +54,13 @@ class Focus(Struct, frozen=True, kw_only=True):
     seen_ns: int
     """Stamp of the frame whose `Detections` hold now; that of this frame if it was looked at."""
     reason: str
-    """Why this frame was looked at or not, in words."""
+    """Why this frame was not looked at, in words; "" where it was."""
     unsought: tuple[str, ...]
     """Classes that were not attended to in it."""
     regions_px: Annotated[Ints, Shape("R 4")]
     """x0 y0 x1 y1 of the parts of the picture that were looked at, or that held so far."""
+    passed_px: Annotated[Ints, Shape("Q 4")]
+    """x0 y0 x1 y1 of things that a moment ago showed nothing wanted, and were passed over."""
     work: float
     """Of the networks in this frame, as a share of all of them on the whole picture."""
     saved: float

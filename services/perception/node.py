@@ -103,6 +103,7 @@ class PerceptionNode:
             reason=plan.reason,
             unsought=plan.unsought,
             regions_px=whole if plan.regions is None else plan.regions,
+            passed_px=plan.passed.boxes_px if plan.passed else np.zeros((0, 4), np.int32),
             work=work,
             saved=self._savings.share,
         )

@@ -15,7 +15,6 @@ from services.perception.space.projection import locate
 from services.perception.space.rays import camera_rays, depth_metres
 from services.perception.space.view import ground_view
 
-
 Rims = tuple[Floats, Floats]
 
 _roughly = 500

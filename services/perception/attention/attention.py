@@ -34,7 +34,7 @@ class Plan:
 
     looks: bool
     reason: str
-    """In words, where it does not look at all of it."""
+    """Why it is not looked at, in words; "" where it is."""
     wanted: frozenset[str]
     networks: frozenset[int]
     """Numbers of those that are run."""
@@ -140,9 +140,7 @@ class Attention:
             self._all_ns = stamp_ns
         return due
 
-    def _plan(
-        self, networks: frozenset[int], shapes: Shapes | None, passed: Shapes | None
-    ) -> Plan:
+    def _plan(self, networks: frozenset[int], shapes: Shapes | None, passed: Shapes | None) -> Plan:
         known = frozenset[str]().union(*(self._groups[k] for k in networks))
         unsought = tuple(name for name in self._classes if name not in known)
         return Plan(True, "", self._wanted, networks, unsought, shapes, passed)
@@ -156,4 +154,5 @@ def _touched(boxes: Ints, corners: Floats) -> Flags:
     """(R,) Which boxes (R, 4) overlap with any of some others (N, 4)."""
     low = np.maximum(boxes[:, None, :2], corners[:, :2])
     high = np.minimum(boxes[:, None, 2:], corners[:, 2:])
-    return (low < high).all(axis=2).any(axis=1)
+    overlap: Flags = np.all(low < high, axis=2)
+    return np.asarray(np.any(overlap, axis=1), np.bool_)

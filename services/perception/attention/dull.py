@@ -35,13 +35,13 @@ class Dull:
         """(R,) Which of the things that are seen now are among them."""
         now = _placed(shapes, odom_from_base)
         allowed = _shift[0] + _shift[1] * now.distance[:, None]
-        same = (
+        same: Flags = (
             (_apart(now.left, self.left) < allowed)
             & (_apart(now.right, self.right) < allowed)
             & (np.abs(now.top[:, None] - self.top) < allowed)
             & (now.distance[:, None] > _nearer * self.distance)
         )
-        return same.any(axis=1)
+        return np.asarray(same.any(axis=1), np.bool_)
 
     def with_these(self, shapes: Shapes, odom_from_base: Pose2) -> "Dull":
         """These and more."""

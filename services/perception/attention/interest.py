@@ -7,6 +7,7 @@ _least_probability = 0.02
 """Of a reading: what it names is looked for, however unlikely it is that it was meant."""
 _nameless = ("", "robot")
 _anything = "unknown"
+"""Of a thing: that it may be any; of a relation: that none was meant, nor its landmark."""
 
 
 class Interest:
@@ -60,5 +61,6 @@ def named_in(annotations: Annotations) -> frozenset[str]:
             names.update(name for one in reading.relations for name in (one.figure, one.landmark))
     for behavior in annotations.behaviors:
         if behavior.probability >= _least_probability:
-            names.update((behavior.object, behavior.landmark))
+            related = behavior.relation != _anything
+            names.update((behavior.object, behavior.landmark if related else ""))
     return frozenset(names)

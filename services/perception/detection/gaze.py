@@ -68,9 +68,9 @@ def cut_off(corners: Floats, part: Part, width: int, height: int) -> Flags:
     low = np.array([columns.start, rows.start])
     high = np.array([columns.stop, rows.stop])
     inner_low, inner_high = low > 0, high < [width, height]
-    return (
-        (corners[:, :2] < low + _rim) & inner_low | (corners[:, 2:] > high - _rim) & inner_high
-    ).any(axis=1)
+    before = (corners[:, :2] < low + _rim) & inner_low
+    after = (corners[:, 2:] > high - _rim) & inner_high
+    return np.asarray((before | after).any(axis=1), np.bool_)
 
 
 def _merged(boxes: list[Ints], whole: Ints) -> list[Ints]:

@@ -161,9 +161,7 @@ def _horizontal_direction(box: Floats, rays: CameraRays) -> Floats:
     return toward / np.linalg.norm(toward)
 
 
-def _window(
-    box: Floats, shape: tuple[int, ...], pixels: int | None
-) -> tuple[slice, slice, int]:
+def _window(box: Floats, shape: tuple[int, ...], pixels: int | None) -> tuple[slice, slice, int]:
     """Rows and columns of a box, at least one of each, and of how many one is read."""
     height, width = shape
     x0, y0 = min(int(box[0]), width - 1), min(int(box[1]), height - 1)

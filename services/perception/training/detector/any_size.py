@@ -9,6 +9,7 @@ they are computed from the maps themselves: a running sum over ones counts colum
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -78,7 +79,7 @@ def _cells(graph: onnx.GraphProto) -> list[onnx.NodeProto]:
         graph.initializer.append(numpy_helper.from_array(values, f"cells/{name}"))
         return f"cells/{name}"
 
-    def node(operator: str, inputs: Sequence[str], name: str, **settings: object) -> str:
+    def node(operator: str, inputs: Sequence[str], name: str, **settings: Any) -> str:
         nodes.append(helper.make_node(operator, inputs, [name], **settings))
         return name
 
