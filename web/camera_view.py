@@ -10,7 +10,7 @@ from web.focus_words import line_over
 from web.view_model import Shot
 
 _shown_width = 640
-_text_scale = 0.55
+_text_scale = 0.7
 _font = cv2.FONT_HERSHEY_SIMPLEX
 _dimmed = 0.45
 """Brightness of what was not looked at."""
@@ -71,8 +71,9 @@ def _draw_box(picture: Bytes, corners: list[int], label: str, colour: Rgb, line:
 
 
 def _draw_text(picture: Bytes, text: str, corner: tuple[int, int], ground: Rgb) -> None:
-    """White on a ground whose lower left corner is given, moved down where there is no room."""
+    """White on a ground whose lower left corner is given, moved in where there is no room."""
     (width, height), _ = cv2.getTextSize(text, _font, _text_scale, 1)
-    x, y = corner[0], max(corner[1], height + 8)
+    x = max(0, min(corner[0], picture.shape[1] - width - 8))
+    y = max(corner[1], height + 8)
     cv2.rectangle(picture, (x, y - height - 8), (x + width + 8, y), ground, cv2.FILLED)
     cv2.putText(picture, text, (x + 4, y - 5), _font, _text_scale, _white, 1, cv2.LINE_AA)

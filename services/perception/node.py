@@ -95,14 +95,14 @@ class PerceptionNode:
 
     def _focus(self, frame: RgbdFrame, plan: Plan, gaze: Gaze) -> Focus:
         work = self._savings.count(frame, gaze if plan.looks else None)
-        whole = np.array([[0, 0, frame.intrinsics.width, frame.intrinsics.height]], np.int32)
+        size = frame.intrinsics.width, frame.intrinsics.height
         return Focus(
             stamp_ns=frame.stamp_ns,
             wanted=tuple(sorted(plan.wanted)),
             seen_ns=self._attention.seen_ns,
             reason=plan.reason,
             unsought=plan.unsought,
-            regions_px=whole if plan.regions is None else plan.regions,
+            regions_px=np.rint(self._detector.looked_at(*size, gaze)).astype(np.int32),
             passed_px=plan.passed.boxes_px if plan.passed else np.zeros((0, 4), np.int32),
             work=work,
             saved=self._savings.share,

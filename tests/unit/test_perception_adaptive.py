@@ -219,6 +219,9 @@ def test_a_network_that_takes_any_size_finds_the_same_in_a_part(frame: RgbdFrame
     found = detector.detect(frame.color, gaze)
     assert detector.pixels(320, 240, gaze) < detector.pixels(320, 240)
     np.testing.assert_allclose(found.corners_px[0], best, atol=3)
+    (shown,) = detector.looked_at(320, 240, gaze)
+    assert (shown[:2] <= low).all()
+    assert (shown[2:] >= high).all()
     assert found.classes[0] == every.classes[0]
 
 
@@ -241,6 +244,9 @@ class Counting:
         none = np.zeros((0, len(self.classes)))
         return Boxes(np.zeros((0, 4)), np.zeros(0), none, none)
 
+    def looked_at(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> np.ndarray:
+        return np.array([[0.0, 0, width, height]])
+
     def pixels(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> int:
         return width * height
 
@@ -253,6 +259,8 @@ def test_of_a_bank_only_those_run_that_are_chosen():
     assert (one.looks, other.looks) == (1, 0)
     assert found.probabilities.shape == (0, 3)
     assert bank.pixels(64, 48, Gaze(networks=frozenset({0}))) == 64 * 48
+    assert bank.looked_at(64, 48).tolist() == [[0, 0, 64, 48]]
+    assert bank.looked_at(64, 48, Gaze(networks=frozenset())).shape == (0, 4)
     assert bank.groups == (("cone", "hydrant"), ("drill",))
 
 

@@ -28,6 +28,9 @@ class Fixed:
     def groups(self) -> tuple[tuple[str, ...], ...]:
         return (self.classes,)
 
+    def looked_at(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> np.ndarray:
+        return np.array([[0.0, 0, width, height]])
+
     def pixels(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> int:
         return width * height
 

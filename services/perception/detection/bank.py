@@ -37,6 +37,10 @@ class FindsObjects(Protocol):
         """Of the networks' inputs that a look at a picture of `width` x `height` px takes."""
         ...
 
+    def looked_at(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> Floats:
+        """Parts (R, 4) x0 y0 x1 y1 [px] of a picture of `width` x `height` px that are shown."""
+        ...
+
 
 @dataclass(frozen=True)
 class DetectorBank:
@@ -66,6 +70,11 @@ class DetectorBank:
     def pixels(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> int:
         """Of the networks' inputs that a look at a picture of `width` x `height` px takes."""
         return sum(one.pixels(width, height, gaze) for one in self._run(gaze))
+
+    def looked_at(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> Floats:
+        """Parts (R, 4) [px] of a picture of `width` x `height` px that any network is shown."""
+        shown = [one.looked_at(width, height, gaze) for one in self._run(gaze)]
+        return np.unique(np.concatenate([np.zeros((0, 4)), *shown]), axis=0)
 
     def _run(self, gaze: Gaze) -> list[FindsObjects]:
         return [one for number, one in enumerate(self.detectors) if gaze.runs(number)]

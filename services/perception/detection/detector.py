@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from schemas.arrays import Floats
 from services.perception.detection.boxes import Boxes, in_picture, joined, likely, suppressed
 from services.perception.detection.calibration import Calibration
 from services.perception.detection.card import read_card
@@ -141,6 +142,13 @@ class Detector:
         """Of the network's input that a look at a picture of `width` x `height` px takes."""
         parts = self._parts(gaze, width, height)
         return sum((y.stop - y.start) * (x.stop - x.start) for y, x in parts)
+
+    def looked_at(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> Floats:
+        """Parts (R, 4) x0 y0 x1 y1 [px] of a picture of `width` x `height` px that it is shown."""
+        parts = self._parts(gaze, width, height)
+        corners = [[x.start, y.start, x.stop, y.stop] for y, x in parts]
+        fit = self._shown_at(width, height).fit(width, height)
+        return fit.to_picture(np.array(corners, np.float64).reshape(-1, 4))
 
     def _parts(self, gaze: Gaze, width: int, height: int) -> list[Part]:
         shown = self._shown_at(width, height)
