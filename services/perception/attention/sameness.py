@@ -1,7 +1,7 @@
 """Whether the camera sees what it saw: a cheap look at a small picture.
 
-Colours and depths are compared as means of small blocks, in which noise averages out and an object
-that comes, goes or moves does not.
+Colours are compared as means of small blocks, in which noise averages out and an object that comes,
+goes or moves does not; depths at one pixel of each, where both pictures have one.
 """
 
 from dataclasses import dataclass
@@ -18,9 +18,9 @@ _block = 4
 _colour_step = 10.0
 """Noise changes the mean colour of a block by less than this, of 255."""
 _depth_step = 0.15
-"""Blocks whose mean depth, trusted as far as the camera is, changed by more, as a share of it."""
+"""Readings that changed by more, as a share of them, are of other things."""
 _few = 2
-"""Blocks of a depth image that may flicker: at edges one reading is of this side or of that."""
+"""Readings that may flicker: at edges one is of this side or of that."""
 _moved = 0.003
 """Dead reckoning of a base that stands still changes by less than this [m]."""
 _turned = 0.002
@@ -34,7 +34,9 @@ class View:
     colour: Floats32
     """(h, w, 3) means of blocks."""
     depth: Floats32
-    """(h, w) means of blocks [m]; what lies beyond the trusted range counts as there."""
+    """(h, w) samples [m]; 0 where nothing was measured."""
+    range_max: float
+    """Depth beyond it is not told apart [m]."""
     odom_from_base: Pose2
     base_from_camera: Pose3
 
@@ -53,21 +55,21 @@ class View:
         return abs(step.x) < _moved and abs(step.y) < _moved and abs(step.yaw) < _turned
 
     def _as_deep(self, other: "View") -> bool:
-        apart = np.abs(self.depth - other.depth)
-        return int(np.count_nonzero(apart > _depth_step * (0.5 + self.depth))) <= _few
+        nearer = np.minimum(self.depth, other.depth)
+        compared = (nearer > 0) & (nearer < self.range_max)
+        apart = np.abs(self.depth - other.depth) > _depth_step * (0.5 + nearer)
+        return int(np.count_nonzero(compared & apart)) <= _few
 
 
 def view_in(frame: RgbdFrame, range_max: float) -> View:
     """The small picture of a frame; depth beyond `range_max` [m] is not told apart."""
     size = max(frame.intrinsics.width // _block, 1), max(frame.intrinsics.height // _block, 1)
-    near = np.minimum(frame.depth_mm - np.uint16(1), np.uint16(min(1000 * range_max, 65535)))
+    means = cv2.resize(frame.color, size, interpolation=cv2.INTER_AREA)
+    samples = frame.depth_mm[_block // 2 :: _block, _block // 2 :: _block]
     return View(
-        colour=_means(frame.color, size).astype(np.float32),
-        depth=_means(near, size).astype(np.float32) / np.float32(1000.0),
+        colour=np.asarray(means, np.float32),
+        depth=samples.astype(np.float32) / np.float32(1000.0),
+        range_max=range_max,
         odom_from_base=frame.odom_from_base,
         base_from_camera=frame.base_from_camera,
     )
-
-
-def _means(picture: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
