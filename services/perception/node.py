@@ -87,8 +87,7 @@ class PerceptionNode:
         plan = self._attention.plan(frame)
         gaze = Gaze(plan.regions, plan.networks)
         if plan.looks:
-            rims = (plan.passed.left, plan.passed.right) if plan.passed else None
-            seen = self._recogniser.recognised(frame, Look(gaze, plan.wanted, plan.unsought, rims))
+            seen = self._recogniser.recognised(frame, _look_of(plan, gaze))
             self._attention.note(seen.boxes_px, seen.matters, frame.odom_from_base)
             yield from _told(seen)
         yield topics.FOCUS.of(self._focus(frame, plan, gaze))
@@ -107,6 +106,12 @@ class PerceptionNode:
             work=work,
             saved=self._savings.share,
         )
+
+
+def _look_of(plan: Plan, gaze: Gaze) -> Look:
+    passed = (plan.passed.left, plan.passed.right) if plan.passed else None
+    # The few looks while nothing is asked for may take their time.
+    return Look(gaze, plan.wanted or None, plan.unsought, passed)
 
 
 def _told(seen: Seen) -> list[Output]:

@@ -16,6 +16,7 @@ from services.perception.space.rays import camera_rays, depth_metres
 from services.perception.space.view import ground_view
 
 Rims = tuple[Floats, Floats]
+"""Left and right (D, 2) of things [m], base frame."""
 
 _roughly = 500
 """Pixels of a box by which things are placed that nobody asks for."""
@@ -32,9 +33,8 @@ class Look:
     """Classes that are placed as well as can be; None is all of them."""
     unsought: tuple[str, ...] = ()
     """Classes that only networks know which are not run."""
-
     passed: Rims | None = None
-    """Left and right rims (D, 2) of what is not looked at [m], base frame."""
+    """Of what is not looked at."""
 
     def matters(self, probabilities: Floats, classes: tuple[str, ...]) -> Flags:
         """(N,) Whether boxes with (N, C) may be something wanted."""
