@@ -107,3 +107,5 @@ class OccupancyGrid(Struct, frozen=True, kw_only=True):
     """Log odds in tenths, positive is occupied, 0 is unknown; row is y, column is x."""
     looked: Annotated[SignedBytes, Shape("Y X")]
     """Log probability, in tenths, of missing an object here in every picture so far (<= 0)."""
+    looked_for_all: bool = True
+    """Whether `looked` holds for objects of every class, or for what is asked for alone."""

@@ -39,6 +39,32 @@ class Detections(Struct, frozen=True, kw_only=True):
     """Width and height of the picture the boxes lie in [px]."""
     inference_ms: float
     """Time the network took [ms]; 0 in lockstep, where time is modelled."""
+    unsought: tuple[str, ...] = ()
+    """Those of `classes` that this look did not attend to: what shows none of them says nothing
+    about them. The view counts for the others alone."""
+
+
+class Focus(Struct, frozen=True, kw_only=True):
+    """What perception attends to, told once for every camera frame, looked at or not."""
+
+    stamp_ns: int
+    """Of the frame."""
+    wanted: tuple[str, ...]
+    """Classes that the instruction needs; all where it cannot be narrowed, none without one."""
+    seen_ns: int
+    """Stamp of the frame whose `Detections` hold now; that of this frame if it was looked at."""
+    reason: str
+    """Why this frame was not looked at, in words; "" where it was."""
+    unsought: tuple[str, ...]
+    """Classes that were not attended to in it."""
+    regions_px: Annotated[Ints, Shape("R 4")]
+    """x0 y0 x1 y1 of the parts of the picture that were looked at, or that held so far."""
+    passed_px: Annotated[Ints, Shape("Q 4")]
+    """x0 y0 x1 y1 of things that a moment ago showed nothing wanted, and were passed over."""
+    work: float
+    """Of the networks in this frame, as a share of all of them on the whole picture."""
+    saved: float
+    """Share of the networks' work that was saved since the instruction came, in [0, 1]."""
 
 
 class Bodies(Struct, frozen=True, kw_only=True):

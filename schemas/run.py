@@ -23,6 +23,8 @@ class RunConfig(Struct, frozen=True, kw_only=True):
     """ONNX files of the networks that find objects in pictures; none is the one trained here."""
     detector_classes: tuple[str, ...] = ()
     """Files with the names of their classes, one for each; none if they say them themselves."""
+    adaptive: bool = True
+    """Whether perception attends to what the instruction needs, or to all of every picture."""
     web_port: int = 8080
     web_token: str = ""
     """Secret in the page's address; "" lets the page make one up. Never recorded."""

@@ -12,7 +12,7 @@ from schemas.errors import UserError
 from schemas.health import Fault, Heartbeat, StatusRequest, SystemStatus, Tick
 from schemas.language import Annotations, Answer, Behaviors, Instruction
 from schemas.motion import BaseCommand, DriverCheckpoint, StopLatch
-from schemas.perception import Bodies, Detections, Fiducials, SceneObservation
+from schemas.perception import Bodies, Detections, Fiducials, Focus, SceneObservation
 from schemas.sensing import JointState, LaserScan, Odometry, RgbdFrame
 from schemas.task import CancelRequest, Decision, Goal, GoalStatus, InstructionStatus
 
@@ -100,6 +100,7 @@ INSTRUCTION_STATUS = Topic(
     "instruction/status", InstructionStatus, _never, 0, rank=20, keep_last=True
 )
 FIDUCIALS = Topic("fiducials", Fiducials, _latest, 5, rank=21)
+FOCUS = Topic("focus", Focus, _latest, 5, rank=23)
 HEARTBEAT = Topic("heartbeat", Heartbeat, _never, 5, rank=30)
 FAULT = Topic("fault", Fault, _never, 0, rank=31)
 SYSTEM_STATUS = Topic("status", SystemStatus, _latest, 1, rank=32, keep_last=True)
@@ -121,6 +122,7 @@ ALL_TOPICS: tuple[Topic[Any], ...] = (
     DETECTIONS,
     BODIES,
     FIDUCIALS,
+    FOCUS,
     GRID,
     BELIEF,
     BEHAVIORS,

@@ -67,8 +67,8 @@ PROCESSES: tuple[Process, ...] = (
         name="perception",
         node="services.perception.node:PerceptionNode",
         latency_ms=40.0,
-        listens=(topics.RGBD,),
-        publishes=(topics.DETECTIONS, topics.BODIES, topics.SCENE, topics.FAULT),
+        listens=(topics.RGBD, topics.ANNOTATIONS, topics.INSTRUCTION_STATUS),
+        publishes=(topics.DETECTIONS, topics.BODIES, topics.FOCUS, topics.SCENE, topics.FAULT),
         purpose="finds objects and kinds of places in camera pictures",
     ),
     Process(
@@ -172,6 +172,7 @@ PROCESSES: tuple[Process, ...] = (
             topics.ANSWER,
             topics.ANNOTATIONS,
             topics.DETECTIONS,
+            topics.FOCUS,
             topics.GRID,
             topics.BELIEF,
             topics.DECISION,

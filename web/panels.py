@@ -12,6 +12,7 @@ from schemas.geometry import Pose2
 from web import reports
 from web.camera_view import annotated
 from web.colours import BLUE, css
+from web.focus_words import focus_html
 from web.question_box import QuestionBox
 from web.requests import LONGEST_INSTRUCTION, Cancel, Inbox, Release, Say, Stop, means_stop
 from web.understood import understood_html
@@ -111,6 +112,7 @@ class Panels:
         with panel.add_tab("Belief", viser.Icon.CHART_HISTOGRAM):
             self._where = gui.add_html("")
             self._camera = gui.add_image(_no_picture, label="camera", jpeg_quality=80)
+            self._attended = gui.add_html("")
             self._plot = _effective_plot(gui)
         with panel.add_tab("Layers", viser.Icon.STACK_2):
             views = gui.add_button_group("View", VIEWPOINTS)
@@ -146,8 +148,8 @@ class Panels:
             self._plot.data = (history[:, 0], history[:, 1])
 
     def _show_picture(self, view: ViewModel) -> None:
-        pair = view.picture()
-        if pair is None:
+        shot = view.picture()
+        if shot is None:
             return
         age = view.age_s(topics.RGBD)
         label = (
@@ -155,10 +157,11 @@ class Panels:
         )
         if self._camera.label != label:
             self._camera.label = label
-        shown = (pair[0].stamp_ns, pair[1] is not None)
+        shown = (shot.frame.stamp_ns, shot.detections is not None)
         if shown != self._picture:
             self._picture = shown
-            self._camera.image = annotated(*pair)
+            self._camera.image = annotated(shot)
+            self._set(self._attended, focus_html(shot.focus))
 
     def _set(self, slot: viser.GuiHtmlHandle, text: str) -> None:
         if self._shown.get(id(slot)) != text:

@@ -40,6 +40,8 @@ _streams: tuple[tuple[str, Topic[Any]], ...] = (
     ("belief", topics.BELIEF),
 )
 _silent_periods = 3.0
+_least_silence_s = 1.5
+"""Perception may be silent for a second while nothing changes [s]."""
 
 
 def pills_html(view: ViewModel) -> str:
@@ -177,7 +179,7 @@ def _stream_table(view: ViewModel) -> str:
 
 def _stream_row(view: ViewModel, name: str, topic: Topic[Any]) -> list[tuple[str, Rgb | None]]:
     age, rate = view.age_s(topic), view.rate_hz(topic)
-    late = age > max(_silent_periods / rate if rate else 0.0, 1.0)
+    late = age > max(_silent_periods / rate if rate else 0.0, _least_silence_s)
     return [
         (name, None),
         (f"{rate:.1f} Hz" if rate else "–", None),

@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar, cast
 
 from msgspec import Struct
@@ -10,7 +11,7 @@ from schemas import topics
 from schemas.geometry import Pose2
 from schemas.health import SystemStatus
 from schemas.language import Annotations
-from schemas.perception import Detections
+from schemas.perception import Detections, Focus
 from schemas.sensing import RgbdFrame
 from schemas.task import InstructionStatus, TaskState
 from schemas.topics import Topic
@@ -28,6 +29,17 @@ class _Stamped(Protocol):
     stamp_ns: int
 
 
+@dataclass(frozen=True)
+class Shot:
+    """A camera picture to show."""
+
+    frame: RgbdFrame
+    detections: Detections | None
+    """What was found in it, or in an earlier one that showed the same."""
+    focus: Focus | None
+    """What was attended to in it."""
+
+
 class ViewModel:
     """Everything the page shows comes from here; it knows no browser and no viser."""
 
@@ -41,6 +53,7 @@ class ViewModel:
         self._service_rates: dict[str, float] = {}
         self._ended: set[str] = set()
         self._frames: deque[RgbdFrame] = deque(maxlen=6)
+        self._found: deque[Detections] = deque(maxlen=3)
 
     def put(self, topic: Topic[T], message: T) -> None:
         """Take in a message."""
@@ -53,6 +66,8 @@ class ViewModel:
             self._ended.add(message.instruction_id)
         if isinstance(message, RgbdFrame):
             self._frames.append(message)
+        if isinstance(message, Detections):
+            self._found.append(message)
 
     def tick(self, stamp_ns: int) -> None:
         """Let time pass."""
@@ -124,20 +139,27 @@ class ViewModel:
         odom_from_base = odometry.odom_from_base if odometry else Pose2(0.0, 0.0, 0.0)
         return self.map_from_odom @ odom_from_base
 
-    def picture(self) -> tuple[RgbdFrame, Detections | None] | None:
+    def picture(self) -> Shot | None:
         """The camera picture to show, with what was detected in that very picture.
 
-        Boxes belong to the frame they were found in: on a newer one they would lag behind. Where
-        detection has fallen too far behind, the newest frame is shown without boxes.
+        Boxes belong to the frame they were found in: on a newer one they would lag behind, unless
+        perception says that they hold for it. Where it has fallen too far behind, the newest frame
+        is shown without boxes.
         """
         if not self._frames:
             return None
-        newest, detections = self._frames[-1], self.get(topics.DETECTIONS)
-        if detections and newest.stamp_ns - detections.stamp_ns < _pairing_limit_ns:
-            for frame in self._frames:
-                if frame.stamp_ns == detections.stamp_ns:
-                    return frame, detections
-        return newest, None
+        focus, detections = self.get(topics.FOCUS), self.get(topics.DETECTIONS)
+        shot = self._shot(focus.stamp_ns, focus.seen_ns, focus) if focus else None
+        if shot is None and detections:
+            shot = self._shot(detections.stamp_ns, detections.stamp_ns, None)
+        return shot or Shot(self._frames[-1], None, None)
+
+    def _shot(self, stamp_ns: int, seen_ns: int, focus: Focus | None) -> Shot | None:
+        """A recent frame with what was found at another's time, if both are still there."""
+        frame = next((one for one in self._frames if one.stamp_ns == stamp_ns), None)
+        found = next((one for one in self._found if one.stamp_ns == seen_ns), None)
+        recent = self._frames[-1].stamp_ns - stamp_ns < _pairing_limit_ns
+        return Shot(frame, found, focus) if frame and found and recent else None
 
     def _measure_services(self, status: SystemStatus) -> None:
         before = self.get(topics.SYSTEM_STATUS)

@@ -34,6 +34,7 @@ BENCHES: dict[str, Bench] = {
     "table1": Bench("table1:measure", 100, "table1:draw"),
     "table2": Bench("table2:measure", 100, "table2:draw"),
     "ablations": Bench("bench_ablations:measure", 100),
+    "adaptive": Bench("bench_adaptive:measure", 5),
     "belief": Bench("bench_belief:measure", 1, "bench_belief:draw"),
     "fov": Bench("fov:measure", 50, "fov:draw"),
     "grounding": Bench("bench_grounding:measure", 10),
@@ -63,7 +64,7 @@ def bench(
     """Run an experiment; our figures stand beside the paper's.
 
     Args:
-        name: table1, table2, ablations, belief, fov, grounding, grounding_scaling,
+        name: table1, table2, ablations, adaptive, belief, fov, grounding, grounding_scaling,
             grounding_training, mapping, perception, runtime, or all.
         runs: how often each thing is tried or timed; by default as many as the experiment wants.
         workers: processes that may work at once; what measures time uses one.

@@ -26,6 +26,7 @@ def episode(
     log: Path | None = None,
     detector: tuple[Path, ...] = (),
     classes: tuple[Path, ...] = (),
+    no_adaptive: bool = False,
     json: bool = False,
 ) -> int:
     """One episode in lockstep, as fast as it computes.
@@ -42,6 +43,7 @@ def episode(
         log: MCAP file to write.
         detector: ONNX files of other networks that find objects; several work as one.
         classes: a file with the class names of each, where they do not say them themselves.
+        no_adaptive: perception looks at all of every picture, whatever is asked for.
         json: one JSON document on stdout.
     """
     from robots.catalogue import get_robot
@@ -66,6 +68,7 @@ def episode(
         particles=particles,
         detectors=detectors,
         detector_classes=detector_classes,
+        adaptive=not no_adaptive,
     )
     console = Console(stderr=True)
     with Progress(

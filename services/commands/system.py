@@ -36,6 +36,7 @@ def up(
     realm: str = "default",
     detector: tuple[Path, ...] = (),
     classes: tuple[Path, ...] = (),
+    no_adaptive: bool = False,
 ) -> int:
     """Start a system and supervise it until Ctrl-C.
 
@@ -57,6 +58,7 @@ def up(
         realm: isolates parallel systems on this machine.
         detector: ONNX files of other networks that find objects; several work as one.
         classes: a file with the class names of each, where they do not say them themselves.
+        no_adaptive: perception looks at all of every picture, whatever is asked for.
     """
     from robots.catalogue import get_robot
     from sim.node import require_pictures
@@ -79,6 +81,7 @@ def up(
         realm=realm,
         detectors=detectors,
         detector_classes=detector_classes,
+        adaptive=not no_adaptive,
         camera=_absolute(camera),
         camera_calibration=str(calibration.resolve()) if calibration else "",
         tags=str(tags.resolve()) if tags else "",
@@ -98,6 +101,7 @@ def demo(
     realm: str = "default",
     detector: tuple[Path, ...] = (),
     classes: tuple[Path, ...] = (),
+    no_adaptive: bool = False,
 ) -> int:
     """Start a system with a prepared world and instruction.
 
@@ -112,6 +116,7 @@ def demo(
         realm: isolates parallel systems on this machine.
         detector: ONNX files of other networks that find objects; several work as one.
         classes: a file with the class names of each, where they do not say them themselves.
+        no_adaptive: perception looks at all of every picture, whatever is asked for.
     """
     if name is None:
         for known, (robot, world, text) in DEMOS.items():
@@ -133,6 +138,7 @@ def demo(
         realm=realm,
         detector=detector,
         classes=classes,
+        no_adaptive=no_adaptive,
     )
 
 

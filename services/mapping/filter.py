@@ -24,6 +24,7 @@ from services.mapping.backbone import Backbone
 from services.mapping.cases import Case, cases_of, drawn, judged
 from services.mapping.even import EvenPoints
 from services.mapping.grid import Grid
+from services.mapping.heed import asked_for, sought_in
 from services.mapping.object_map import ObjectMap
 from services.mapping.odometer import OdometryNoise
 from services.mapping.particles import Particles, empty_particles
@@ -93,6 +94,8 @@ class SemanticFilter:
 
     def hear(self, readings: tuple[Reading, ...], odom_from_base: Pose2) -> None:
         """Take an utterance as evidence: every particle samples what it means, and where it is."""
+        if not asked_for(readings) <= asked_for(self.readings):
+            self.grid.ask_anew()
         self.readings = readings
         self.viewer = self.backbone.locate(odom_from_base)
         self._points = EvenPoints(self._rng)
@@ -207,8 +210,11 @@ class SemanticFilter:
     def _look(self, detections: Detections, picture: Picture) -> bool:
         """Negative evidence, for places and for known things; True if one of these is gone."""
         view = visibility.view_of(detections, self._camera)
-        visibility.look(self.grid, view, picture.map_from_base, picture.points_base)
-        return self.objects.miss(picture, view)
+        sought = sought_in(detections, self.classes)
+        if sought[list(asked_for(self.readings))].all():
+            here, shown = picture.map_from_base, picture.points_base
+            visibility.look(self.grid, view, here, shown, for_all=bool(sought.all()))
+        return self.objects.miss(picture, view, sought)
 
     def _weigh(self) -> bool:
         """Eq. weight_update_all: weights follow the change of the density they sample.

@@ -31,6 +31,9 @@ class Grid:
         self.origin: Floats = corner
         self.occupancy: Floats32 = np.zeros((cells, cells), np.float32)
         self.looked: Floats32 = np.zeros((cells, cells), np.float32)
+        """Of missing a thing of the classes that are asked for."""
+        self._looked_for_all: Floats32 = np.zeros((cells, cells), np.float32)
+        """Of missing a thing of any class: by pictures that were searched for all of them."""
 
     def insert(self, scan: LaserScan, map_from_base: Pose2) -> None:
         """Ray casting: cells that beams crossed are free, cells where they ended are not."""
@@ -47,11 +50,26 @@ class Grid:
         layer[rows, columns] = before + _hit
         np.clip(layer, -_limit, _limit, out=layer)
 
-    def look(self, map_from_base: Pose2, reach: float, miss: Floats32, floor: Floats32) -> None:
-        """Add a picture's log miss probabilities, as shaped by `around`, no lower than `floor`."""
+    def look(
+        self,
+        map_from_base: Pose2,
+        reach: float,
+        miss: Floats32,
+        floor: Floats32,
+        for_all: bool = True,
+    ) -> None:
+        """Add a picture's log miss probabilities, as shaped by `around`, no lower than `floor`.
+
+        The picture was searched for what is asked for, and for all classes if `for_all`.
+        """
         window, _, _ = self.around(map_from_base, reach)
-        layer = self.looked[window]
-        np.minimum(layer, np.maximum(layer + miss, floor), out=layer)
+        for layer in (self.looked, self._looked_for_all) if for_all else (self.looked,):
+            part = layer[window]
+            np.minimum(part, np.maximum(part + miss, floor), out=part)
+
+    def ask_anew(self) -> None:
+        """Other classes are asked for: what was looked for others alone says nothing of them."""
+        self.looked = self._looked_for_all.copy()
 
     def around(self, center: Pose2, reach: float) -> tuple[tuple[slice, slice], Floats, Floats]:
         """Window of cells within reach, and their distances [m] and bearings in that frame."""
@@ -85,6 +103,7 @@ class Grid:
         padding = ((down, up), (left, right))
         self.occupancy = np.pad(self.occupancy, padding)
         self.looked = np.pad(self.looked, padding)
+        self._looked_for_all = np.pad(self._looked_for_all, padding)
         self.origin = self.origin - side * np.array([left, down])
 
     def message(self, stamp_ns: int) -> OccupancyGrid:
@@ -95,6 +114,7 @@ class Grid:
             resolution=self.resolution,
             occupancy=_as_tenths(self.occupancy),
             looked=_as_tenths(self.looked),
+            looked_for_all=bool(np.array_equal(self.looked, self._looked_for_all)),
         )
 
     def restore(self, message: OccupancyGrid) -> None:
@@ -102,6 +122,8 @@ class Grid:
         self.origin, self.resolution = np.array(message.origin), message.resolution
         self.occupancy = (message.occupancy / _tenths).astype(np.float32)
         self.looked = (message.looked / _tenths).astype(np.float32)
+        for_all = self.looked if message.looked_for_all else np.zeros_like(self.looked)
+        self._looked_for_all = for_all.copy()
 
     def _ends(self, scan: LaserScan, laser: Pose2) -> tuple[Ints, Ints]:
         hit = np.isfinite(scan.ranges) & (scan.ranges > 0) & (scan.ranges < scan.range_max)

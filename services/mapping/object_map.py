@@ -53,9 +53,10 @@ class ObjectMap:
                     seen.append((known[index].number, detection))
         return seen, new
 
-    def miss(self, picture: Picture, view: View) -> bool:
+    def miss(self, picture: Picture, view: View, sought: Flags) -> bool:
         """Lower the existence of what should have been seen; True if something left the map.
 
+        Only things of the classes (C,) that the picture was searched for should have been.
         Doubles leave too: a thing that was misplaced at first enters twice, and its two estimates
         meet as soon as it is seen well.
         """
@@ -68,7 +69,8 @@ class ObjectMap:
         near = distance < np.array([sharp if t.confirmed else view.reach for t in self._things])
         shown = near & view.shows(distance - radii - 0.1, np.arctan2(local[:, 1], local[:, 0]))
         for thing, plain in zip(self._things, shown.tolist(), strict=True):
-            self._overlooked(thing, plain)
+            if sought[thing.likeliest]:
+                self._overlooked(thing, plain)
         return self._forget()
 
     def moved(self, estimates: dict[int, tuple[Floats, Floats]]) -> None:

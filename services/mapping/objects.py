@@ -56,6 +56,11 @@ class TrackedObject:
         return np.exp(self.class_log)
 
     @property
+    def likeliest(self) -> int:
+        """Class index."""
+        return int(np.argmax(self.class_log))
+
+    @property
     def radius(self) -> float:
         """Half of its mean width [m]."""
         return 0.25 * float(self.extent[0] + self.extent[1])

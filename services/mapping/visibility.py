@@ -68,7 +68,9 @@ def view_of(detections: Detections, camera: CameraSpec) -> View:
     )
 
 
-def look(grid: Grid, view: View, map_from_base: Pose2, detected: Floats) -> None:
+def look(
+    grid: Grid, view: View, map_from_base: Pose2, detected: Floats, for_all: bool = True
+) -> None:
     """Lower the grid's miss probabilities where the view shows bare ground.
 
     Args:
@@ -76,13 +78,14 @@ def look(grid: Grid, view: View, map_from_base: Pose2, detected: Floats) -> None
         view: of the picture.
         map_from_base: where the picture was taken.
         detected: (N, 2) positions in the base frame of everything the picture shows [m].
+        for_all: whether it was searched for all classes, not only for those that are asked for.
     """
     reach = view.blind_share * view.reach
     _, distance, bearing = grid.around(map_from_base, reach)
     bare = view.shows(distance, bearing) & ~_shielded(distance, bearing, detected)
     chance = np.where(bare, view.detectable(distance), 0.0)
     floor = log_floor * chance / detection_probability
-    grid.look(map_from_base, reach, _narrow(np.log1p(-chance)), _narrow(floor))
+    grid.look(map_from_base, reach, _narrow(np.log1p(-chance)), _narrow(floor), for_all)
 
 
 def _shielded(distance: Floats, bearing: Floats, detected: Floats) -> Flags:

@@ -58,8 +58,10 @@ def _flaw_of_picture(color: NDArray[np.uint8]) -> str:
     if int(color.max()) <= _darkest:
         return "the picture is black: the lens is covered, or the camera is off"
     rows = max(1, round(_blank_share * len(color)))
+    if (color[-rows:] != color[-1, -1]).any():
+        return ""
     blank = (color == color[-1, -1]).all(axis=(1, 2))
-    if blank[-rows:].all() and not blank.all():
+    if not blank.all():
         first = len(color) - int(np.argmin(blank[::-1]))
         return f"the picture is cut short: nothing came below row {first} of {len(color)}"
     return ""

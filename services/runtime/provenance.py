@@ -17,7 +17,9 @@ _root = Path(__file__).resolve().parents[2]
 def run_metadata(run: RunConfig) -> Mapping[str, Mapping[str, str]]:
     """Metadata records of a run: its settings, the code, the weights, the machine."""
     settings = {
-        name: str(value) for name, value in msgspec.to_builtins(run).items() if name != "web_token"
+        name: value if isinstance(value, str) else msgspec.json.encode(value).decode()
+        for name, value in msgspec.to_builtins(run).items()
+        if name != "web_token"
     }
     return {
         "run": settings,

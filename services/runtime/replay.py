@@ -18,7 +18,11 @@ _topics = {topic.key: topic for topic in ALL_TOPICS}
 def recorded_run(path: Path) -> RunConfig:
     """The settings a log was recorded with; defaults where it does not say."""
     recorded = log_summary(path)["metadata"].get("run", {})
-    known = {name: value for name, value in recorded.items() if name in RunConfig.__struct_fields__}
+    known = {
+        name: msgspec.json.decode(text) if text.startswith("[") else text
+        for name, text in recorded.items()
+        if name in RunConfig.__struct_fields__
+    }
     return msgspec.convert(known, RunConfig, strict=False)
 
 

@@ -26,6 +26,7 @@ pytestmark = pytest.mark.usefixtures("without_learning")
 
 CLASSES = ("cone", "hydrant")
 ORIGIN = Pose2(0.0, 0.0, 0.0)
+ALL = np.ones(len(CLASSES), np.bool_)
 BEHIND = Reading(0.0, 1, relation_named("back", False), 0, False)
 
 
@@ -227,16 +228,16 @@ def test_two_estimates_that_meet_become_one_thing() -> None:
     things.restore(double)
     things.restore(thing(6, 1, 6.0, 0.0))
     blind = View(np.zeros(0), np.zeros(0), 0.0, 7.0)
-    assert things.miss(picture([], []), blind)
+    assert things.miss(picture([], []), blind, ALL)
     assert things.columns.number.tolist() == [4, 6]
-    assert not things.miss(picture([], []), blind)
+    assert not things.miss(picture([], []), blind, ALL)
 
 
 def test_a_thing_that_is_never_seen_again_leaves_the_map() -> None:
     things = ObjectMap(2)
     things.restore(thing(0, 1, 3.0, 0.0))
     plain = View(np.linspace(-0.5, 0.5, 11), np.full(11, 7.0), 0.5, 7.0)
-    gone = [things.miss(picture([], []), plain) for _ in range(30)]
+    gone = [things.miss(picture([], []), plain, ALL) for _ in range(30)]
     assert gone.count(True) == 1
     assert gone.index(True) > 10
     assert not things.confirmed

@@ -85,7 +85,7 @@ def test_a_bad_frame_is_dropped_with_the_reason(node: PerceptionNode, stamps, fl
     assert output.message.what == "frame dropped"
     assert re.search(told, output.message.detail)
     after = node.handlers()[topics.RGBD](good_frame(next(stamps)))
-    assert [output.topic for output in after] == [topics.DETECTIONS, topics.BODIES]
+    assert [output.topic for output in after] == [topics.DETECTIONS, topics.BODIES, topics.FOCUS]
 
 
 def test_dropped_frames_are_counted_and_not_told_one_by_one():
@@ -123,4 +123,4 @@ def test_a_network_that_fails_on_a_frame_drops_that_frame(monkeypatch, stamps):
         assert output.topic is topics.FAULT
         assert "class 7" in output.message.detail
     after = node.on_frame(good_frame(next(stamps)))
-    assert [output.topic for output in after] == [topics.DETECTIONS, topics.BODIES]
+    assert [output.topic for output in after] == [topics.DETECTIONS, topics.BODIES, topics.FOCUS]

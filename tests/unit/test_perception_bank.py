@@ -9,6 +9,7 @@ import pytest
 from services.perception.detection.bank import DetectorBank, user_detectors
 from services.perception.detection.boxes import Boxes
 from services.perception.detection.detector import Detector, default_weights
+from services.perception.detection.gaze import EVERYTHING, Gaze
 from services.perception.errors import DetectorFileError
 
 PICTURE = np.zeros((100, 100, 3), np.uint8)
@@ -23,7 +24,17 @@ class Fixed:
     boxes: tuple[tuple[list[float], list[float]], ...]
     """Corners, and the probability of each class."""
 
-    def detect(self, color: np.ndarray) -> Boxes:
+    @property
+    def groups(self) -> tuple[tuple[str, ...], ...]:
+        return (self.classes,)
+
+    def looked_at(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> np.ndarray:
+        return np.array([[0.0, 0, width, height]])
+
+    def pixels(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> int:
+        return width * height
+
+    def detect(self, color: np.ndarray, gaze: Gaze = EVERYTHING) -> Boxes:
         corners = np.array([corners for corners, _ in self.boxes]).reshape(-1, 4)
         rows = np.array([row for _, row in self.boxes]).reshape(-1, len(self.classes))
         return Boxes(corners, rows.max(axis=1, initial=0), rows, rows)

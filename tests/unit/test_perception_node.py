@@ -17,7 +17,7 @@ DATA = Path(__file__).parents[1] / "data"
 
 @pytest.fixture(scope="module")
 def node() -> PerceptionNode:
-    return PerceptionNode(RunConfig(), np.random.default_rng(0))
+    return PerceptionNode(RunConfig(adaptive=False), np.random.default_rng(0))
 
 
 @pytest.fixture(scope="module")

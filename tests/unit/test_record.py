@@ -12,7 +12,9 @@ import pytest
 from schemas import topics
 from schemas.codec import encode
 from schemas.health import Tick
+from schemas.run import RunConfig
 from services.runtime.mailbox import Sample
+from services.runtime.provenance import run_metadata
 from services.runtime.record import (
     LogError,
     LogWriter,
@@ -22,6 +24,7 @@ from services.runtime.record import (
     read_log,
     recover,
 )
+from services.runtime.replay import recorded_run
 
 endless_writer = """
 import sys, time
@@ -99,3 +102,11 @@ def test_every_message_has_a_schema_of_an_object(topic: topics.Topic) -> None:
     schema = json_schema(topic.type)
     assert schema["type"] == "object"
     assert "stamp_ns" in schema["properties"]
+
+
+def test_the_settings_of_a_run_come_back_from_its_log(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    files = (str(Path(__file__)), str(Path(__file__).with_name("test_cli.py")))
+    run = RunConfig(seed=7, detectors=files, adaptive=False, tags="tags.json")
+    LogWriter(path, run_metadata(run)).close()
+    assert recorded_run(path) == run

@@ -111,18 +111,18 @@ def test_boxes_are_shown_on_the_frame_they_were_found_in(view):
     for one in frames:
         view.put(topics.RGBD, one)
     view.put(topics.DETECTIONS, detections(frames[1].stamp_ns))
-    shown, boxes = view.picture()
-    assert shown is frames[1]
-    assert boxes is not None
+    shot = view.picture()
+    assert shot.frame is frames[1]
+    assert shot.detections is not None
 
 
 def test_without_fresh_detections_the_newest_frame_is_shown_bare(view):
     view.put(topics.DETECTIONS, detections(_second))
     view.put(topics.RGBD, frame(_second))
     view.put(topics.RGBD, frame(4 * _second))
-    shown, boxes = view.picture()
-    assert shown.stamp_ns == 4 * _second
-    assert boxes is None
+    shot = view.picture()
+    assert shot.frame.stamp_ns == 4 * _second
+    assert shot.detections is None
 
 
 def test_scan_points_end_where_the_beams_ended():

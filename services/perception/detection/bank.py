@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from schemas.arrays import Floats, Ints
 from schemas.run import RunConfig
-from services.perception.detection.boxes import Boxes, suppressed
+from services.perception.detection.boxes import Boxes, joined, suppressed
 from services.perception.detection.detector import Detector
+from services.perception.detection.gaze import EVERYTHING, Gaze
 from services.perception.errors import DetectorFileError
 
 
@@ -23,8 +24,21 @@ class FindsObjects(Protocol):
         """Names of the C classes."""
         ...
 
-    def detect(self, color: NDArray[np.uint8]) -> Boxes:
-        """Boxes in an RGB picture (H, W, 3)."""
+    @property
+    def groups(self) -> tuple[tuple[str, ...], ...]:
+        """Classes of each network."""
+        ...
+
+    def detect(self, color: NDArray[np.uint8], gaze: Gaze = EVERYTHING) -> Boxes:
+        """Boxes in what is looked at of an RGB picture (H, W, 3)."""
+        ...
+
+    def pixels(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> int:
+        """Of the networks' inputs that a look at a picture of `width` x `height` px takes."""
+        ...
+
+    def looked_at(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> Floats:
+        """Parts (R, 4) x0 y0 x1 y1 [px] of a picture of `width` x `height` px that are shown."""
         ...
 
 
@@ -42,13 +56,28 @@ class DetectorBank:
         """Names of all, each once, in the order in which they first come."""
         return tuple(dict.fromkeys(name for one in self.detectors for name in one.classes))
 
-    def detect(self, color: NDArray[np.uint8]) -> Boxes:
+    @property
+    def groups(self) -> tuple[tuple[str, ...], ...]:
+        """Classes of each network."""
+        return tuple(one.classes for one in self.detectors)
+
+    def detect(self, color: NDArray[np.uint8], gaze: Gaze = EVERYTHING) -> Boxes:
         """Boxes in an RGB picture (H, W, 3); of several on one object the most probable."""
-        found = [self._renamed(one.detect(color), one.classes) for one in self.detectors]
-        columns = ("corners_px", "scores", "class_scores", "probabilities")
-        every = Boxes(*(np.concatenate([getattr(b, name) for b in found]) for name in columns))
-        order = np.argsort(-every.scores, kind="stable").astype(np.int32)
-        return suppressed(every.selected(order))
+        run = self._run(gaze)
+        found = [self._renamed(one.detect(color, gaze), one.classes) for one in run]
+        return suppressed(joined(found, len(self.classes)))
+
+    def pixels(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> int:
+        """Of the networks' inputs that a look at a picture of `width` x `height` px takes."""
+        return sum(one.pixels(width, height, gaze) for one in self._run(gaze))
+
+    def looked_at(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> Floats:
+        """Parts (R, 4) [px] of a picture of `width` x `height` px that any network is shown."""
+        shown = [one.looked_at(width, height, gaze) for one in self._run(gaze)]
+        return np.unique(np.concatenate([np.zeros((0, 4)), *shown]), axis=0)
+
+    def _run(self, gaze: Gaze) -> list[FindsObjects]:
+        return [one for number, one in enumerate(self.detectors) if gaze.runs(number)]
 
     def _renamed(self, boxes: Boxes, classes: tuple[str, ...]) -> Boxes:
         merged = self.classes

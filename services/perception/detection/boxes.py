@@ -1,5 +1,6 @@
 """Boxes in a picture, and how of several on one object one is left."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -50,6 +51,15 @@ def likely(predictions: Predictions, threshold: float, calibration: Calibration)
     scores, class_scores = predictions.scores[kept], predictions.class_scores[kept]
     probabilities = calibration.distribution(scores, class_scores)
     return Boxes(predictions.corners[kept], scores, class_scores, probabilities)
+
+
+def joined(found: Sequence[Boxes], classes: int) -> Boxes:
+    """Boxes of several parts or networks, best first; of none, no boxes of so many classes."""
+    none = Boxes(*(np.zeros((0, *shape)) for shape in ((4,), (), (classes,), (classes,))))
+    names = ("corners_px", "scores", "class_scores", "probabilities")
+    every = [none, *found]
+    boxes = Boxes(*(np.concatenate([getattr(one, name) for one in every]) for name in names))
+    return boxes.selected(np.argsort(-boxes.scores, kind="stable").astype(np.int32))
 
 
 def in_picture(boxes: Boxes, fit: Fit) -> Boxes:

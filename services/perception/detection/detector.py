@@ -1,6 +1,7 @@
 """Boxes in a camera picture, by a network that OpenCV runs on one core."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +10,12 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from services.perception.detection.boxes import Boxes, in_picture, likely, suppressed
+from schemas.arrays import Floats
+from services.perception.detection.boxes import Boxes, in_picture, joined, likely, suppressed
 from services.perception.detection.calibration import Calibration
 from services.perception.detection.card import read_card
 from services.perception.detection.decoding import Decoder
+from services.perception.detection.gaze import EVERYTHING, Gaze, Part, cut_off
 from services.perception.detection.layouts import Layout, Outputs, Recognised, recognised
 from services.perception.detection.picture import Preprocessing
 from services.perception.detection.reading import read_network_file
@@ -109,17 +112,28 @@ class Detector:
             f"input {size}, {shown}; licence: {self._reading.licence or 'not said in the file'}"
         )
 
-    def detect(self, color: NDArray[np.uint8]) -> Boxes:
-        """Boxes in an RGB picture (H, W, 3).
+    @property
+    def groups(self) -> tuple[tuple[str, ...], ...]:
+        """Classes by network: it is one."""
+        return (self.classes,)
+
+    def detect(self, color: NDArray[np.uint8], gaze: Gaze = EVERYTHING) -> Boxes:
+        """Boxes in an RGB picture (H, W, 3), or in the parts of it that are looked at.
 
         Raises:
             DetectorFileError: the network cannot be run on it, or named a class without a name.
         """
         height, width = color.shape[:2]
-        return self.read(self.outputs(color), width, height)
+        shown = self._shown_at(width, height)
+        padded = shown.padded(color)
+        found = [
+            self._read(self._network(shown.blob_of(padded[part])), part, shown)
+            for part in self._parts(gaze, width, height)
+        ]
+        return self._finished(joined(found, len(self.classes)), width, height)
 
     def outputs(self, color: NDArray[np.uint8]) -> Outputs:
-        """What the network answers to an RGB picture (H, W, 3), not yet read.
+        """What the network answers to all of an RGB picture (H, W, 3), not yet read.
 
         Raises:
             DetectorFileError: the network cannot be run on it.
@@ -130,9 +144,41 @@ class Detector:
     def read(self, outputs: Outputs, width: int, height: int) -> Boxes:
         """Boxes that the network's outputs tell of, in a picture of `width` x `height` px."""
         shown = self._shown_at(width, height)
-        decode = Decoder(self._found, len(self.classes), shown.width, shown.height)
+        whole = slice(0, shown.height), slice(0, shown.width)
+        return self._finished(self._read(outputs, whole, shown), width, height)
+
+    def pixels(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> int:
+        """Of the network's input that a look at a picture of `width` x `height` px takes."""
+        parts = self._parts(gaze, width, height)
+        return sum((y.stop - y.start) * (x.stop - x.start) for y, x in parts)
+
+    def looked_at(self, width: int, height: int, gaze: Gaze = EVERYTHING) -> Floats:
+        """Parts (R, 4) x0 y0 x1 y1 [px] of a picture of `width` x `height` px that it is shown."""
+        parts = self._parts(gaze, width, height)
+        corners = [[x.start, y.start, x.stop, y.stop] for y, x in parts]
+        fit = self._shown_at(width, height).fit(width, height)
+        return fit.to_picture(np.array(corners, np.float64).reshape(-1, 4))
+
+    def _parts(self, gaze: Gaze, width: int, height: int) -> list[Part]:
+        shown = self._shown_at(width, height)
+        fit = shown.fit(width, height)
+        parts = gaze.parts(fit, shown.width, shown.height)
+        # A network of one size takes its whole input, if there is anything to look at.
+        takes_parts = self._reading.any_size or not parts
+        return parts if takes_parts else EVERYTHING.parts(fit, shown.width, shown.height)
+
+    def _read(self, outputs: Outputs, part: Part, shown: Preprocessing) -> Boxes:
+        """Boxes in the input that the outputs for a part of it tell of."""
+        rows, columns = part
+        width, height = columns.stop - columns.start, rows.stop - rows.start
+        decode = Decoder(self._found, len(self.classes), width, height)
         boxes = likely(decode(outputs), self.threshold, self.calibration)
-        boxes = in_picture(boxes, shown.fit(width, height))
+        offset = np.array([columns.start, rows.start] * 2, np.float64)
+        moved = replace(boxes, corners_px=boxes.corners_px + offset)
+        return moved.selected(~cut_off(moved.corners_px, part, shown.width, shown.height))
+
+    def _finished(self, boxes: Boxes, width: int, height: int) -> Boxes:
+        boxes = in_picture(boxes, self._shown_at(width, height).fit(width, height))
         return boxes if self._found.layout is Layout.END_TO_END else suppressed(boxes)
 
     def _shown_at(self, width: int, height: int) -> Preprocessing:

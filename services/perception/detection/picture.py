@@ -67,12 +67,16 @@ class Preprocessing(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
     def blob(self, picture: NDArray[np.uint8]) -> NDArray[np.float32]:
         """Network input (1, 3, `height`, `width`) of an RGB picture (H, W, 3)."""
-        padded = self._padded(picture)
+        return self.blob_of(self.padded(picture))
+
+    def blob_of(self, padded: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """The same (1, 3, h, w) of a picture that fits the input already, or of a part of it."""
         swapped = self.color == "bgr"
         blob = cv2.dnn.blobFromImage(padded, scalefactor=self.scale, swapRB=swapped)
         return np.asarray(blob, np.float32)
 
-    def _padded(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    def padded(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """The picture as it lies in the input, (`height`, `width`, 3)."""
         height, width = picture.shape[:2]
         fit = self.fit(width, height)
         size = max(round(width * fit.scale[0]), 1), max(round(height * fit.scale[1]), 1)

@@ -47,6 +47,11 @@ class Reading:
     """Width and height of the input [px]; None if it follows the picture."""
 
     @property
+    def any_size(self) -> bool:
+        """Whether the network takes inputs of any size, whatever size it is usually given."""
+        return self.file.inputs[0].shape[2:] == (None, None)
+
+    @property
     def licence(self) -> str:
         """As the sidecar or the file says; "" if neither does."""
         return self.sidecar.licence or self.file.metadata.get("license", "")

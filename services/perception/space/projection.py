@@ -42,13 +42,15 @@ def locate(
     intrinsics: Intrinsics,
     range_max: float,
     forms: Forms,
+    pixels: int | None = None,
 ) -> LocatedObject | None:
     """Place the object in a box (4,) x0 y0 x1 y1 [px], given a depth image (H, W) [m].
 
     Returns None where the object has no depth to speak of, or lies beyond `range_max` [m]: a
-    detection without a place says nothing to a map.
+    detection without a place says nothing to a map. What does not matter much is placed by about
+    so many `pixels` of its box.
     """
-    surface = surface_in(box, depth, rays, intrinsics, range_max)
+    surface = surface_in(box, depth, rays, intrinsics, range_max, pixels)
     if surface is None:
         return None
     placed = forms.place(surface, label)

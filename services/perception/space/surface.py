@@ -5,6 +5,7 @@ it and under it. So: take the depths inside the box, leave out what it stands on
 into layers, and keep the layer that the middle of the box lies on.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,7 +65,7 @@ _inner = 0.7
 """Diameter of the inner part of a box, which the object itself fills best, in sides."""
 _spread = 0.2
 """Standard deviation of the weight around the middle of a box, in sides."""
-_on_it = (0.012, 0.012)
+ABOVE_SUPPORT = (0.012, 0.012)
 """Points lower than this above the support belong to it: always [m], and for each metre of range,
 because readings scatter and the base pitches a little [m/m]."""
 
@@ -92,22 +93,29 @@ class Surface:
 
 
 def surface_in(
-    box: Floats, depth: Floats, rays: CameraRays, intrinsics: Intrinsics, range_max: float
+    box: Floats,
+    depth: Floats,
+    rays: CameraRays,
+    intrinsics: Intrinsics,
+    range_max: float,
+    pixels: int | None = None,
 ) -> Surface | None:
     """The surface in a box (4,) x0 y0 x1 y1 [px] of a depth image (H, W) [m].
 
-    None where there is nothing to speak of, or it lies beyond `range_max` [m].
+    None where there is nothing to speak of, or it lies beyond `range_max` [m]. Of a box of many
+    more than so many pixels only every second, third ... in each direction is read.
     """
-    rows, columns = _window(box, depth.shape)
+    rows, columns, step = _window(box, depth.shape, pixels)
     inside = depth[rows, columns]
     points = rays.origin + rays.directions[rows, columns] * inside[..., None]
-    support = support_height(box, depth, rays)
+    support = support_height(box, depth, rays, step)
     distance = np.hypot(points[..., 0] - rays.origin[0], points[..., 1] - rays.origin[1])
-    solid = (inside > 0) & (points[..., 2] > support + _on_it[0] + _on_it[1] * distance)
-    layer = _object_layer(inside, solid, range_max)
+    lowest = support + ABOVE_SUPPORT[0] + ABOVE_SUPPORT[1] * distance
+    solid = (inside > 0) & (points[..., 2] > lowest)
+    layer = _object_layer(inside, solid, range_max, step)
     if layer is None:
         return None
-    return _measured(box, layer, inside, points, support, rays, intrinsics)
+    return _measured(box, layer, inside, points, support, rays, intrinsics, step)
 
 
 def _measured(
@@ -118,6 +126,7 @@ def _measured(
     support: float,
     rays: CameraRays,
     intrinsics: Intrinsics,
+    step: int,
 ) -> Surface:
     toward, own = _horizontal_direction(box, rays), points[layer]
     offset = own[:, :2] - rays.origin[:2]
@@ -133,7 +142,7 @@ def _measured(
     cut_x, cut_y = float(cut_left or cut_right), float(cut_top or cut_bottom)
     rows = max(int(np.count_nonzero(layer.any(axis=1))), 1)
     measures = np.array([
-        1.0, width, np.count_nonzero(layer) / rows * per_pixel, right - left,
+        1.0, width, step * np.count_nonzero(layer) / rows * per_pixel, right - left,
         np.median(along) - near, low, high, height, layer.mean(), cut_x, cut_x * width,
         float(cut_top), float(cut_bottom), cut_y * height, side, side * width,
         np.median(across) - (left + right) / 2,
@@ -152,18 +161,20 @@ def _horizontal_direction(box: Floats, rays: CameraRays) -> Floats:
     return toward / np.linalg.norm(toward)
 
 
-def _window(box: Floats, shape: tuple[int, ...]) -> tuple[slice, slice]:
-    """Rows and columns of a box, at least one of each."""
+def _window(box: Floats, shape: tuple[int, ...], pixels: int | None) -> tuple[slice, slice, int]:
+    """Rows and columns of a box, at least one of each, and of how many one is read."""
     height, width = shape
     x0, y0 = min(int(box[0]), width - 1), min(int(box[1]), height - 1)
     x1, y1 = max(round(float(box[2])), x0 + 1), max(round(float(box[3])), y0 + 1)
-    return slice(y0, y1), slice(x0, x1)
+    step = max(1, math.isqrt((y1 - y0) * (x1 - x0) // pixels)) if pixels else 1
+    return slice(y0, y1, step), slice(x0, x1, step), step
 
 
-def _object_layer(depth: Floats, solid: Flags, range_max: float) -> Flags | None:
+def _object_layer(depth: Floats, solid: Flags, range_max: float, step: int) -> Flags | None:
     """Pixels (h, w) of the surface that the middle of the window lies on."""
     weight = _centre_weight(depth.shape)
-    if np.count_nonzero(solid) < _least_pixels:
+    least = _least_pixels / step**2
+    if np.count_nonzero(solid) < least:
         return None
     bins = (depth / _layer_step).astype(int)
     mass = np.bincount(bins[solid], weight[solid]).astype(np.float64)
@@ -172,7 +183,7 @@ def _object_layer(depth: Floats, solid: Flags, range_max: float) -> Flags | None
     layer = solid & (bins >= first - 1) & (bins <= last + 1)
     inner = weight >= np.exp(-0.5 * (_inner / 2 / _spread) ** 2)
     enough = np.count_nonzero(layer & inner) >= _least_share * np.count_nonzero(inner)
-    if not enough or np.count_nonzero(layer) < _least_pixels:
+    if not enough or np.count_nonzero(layer) < least:
         return None
     return layer if np.median(depth[layer]) <= range_max else None
 

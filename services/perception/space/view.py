@@ -5,6 +5,7 @@ the depth image shows the ground itself, and hidden where the pixel that should 
 something nearer. Along each bearing the view ends at the first cell that is not seen.
 """
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -24,6 +25,8 @@ _hidden_share = 0.3
 _measured_share = 0.25
 """A cell is unseen when less than this part of its pixels was measured at all."""
 _height_tolerance = 0.08
+_berth = 0.5
+"""Before things that are passed over [m]."""
 _slope_tolerance = 0.012
 """The base pitches a little when it drives; ground then seems to rise with the distance [m/m]."""
 
@@ -39,6 +42,19 @@ class GroundView:
     near: float
     """Closer than this no ground is in the picture [m]."""
 
+    def without(self, left: Floats, right: Floats) -> "GroundView":
+        """The view if nobody looked at things with these rims (D, 2), base frame [m].
+
+        It ends so far before them that nothing as wide as they are can be missed there.
+        """
+        ranges, step = self.ranges.copy(), float(np.diff(self.bearings).max(initial=0.0))
+        for one, other in zip(left, right, strict=True):
+            first, last = sorted((math.atan2(one[1], one[0]), math.atan2(other[1], other[0])))
+            there = (self.bearings >= first - step) & (self.bearings <= last + step)
+            near = min(math.hypot(*one), math.hypot(*other)) - math.dist(one, other) - _berth
+            ranges[there] = np.minimum(ranges[there], max(near, 0.0))
+        return GroundView(self.bearings, ranges, self.near)
+
 
 @dataclass(frozen=True)
 class _Cells:
@@ -46,6 +62,8 @@ class _Cells:
 
     pixels: Ints
     """(P,) flat indices of the pixels that look at a cell."""
+    directions: Floats
+    """(P, 3) of these pixels, as in `CameraRays`."""
     cell: Ints
     """(P,) their cells, bearing first."""
     count: Floats
@@ -63,10 +81,10 @@ def ground_view(
     depth: Floats, intrinsics: Intrinsics, base_from_camera: Pose3, range_max: float
 ) -> GroundView:
     """View of a depth image (H, W) [m]; ranges are at most `range_max` [m]."""
-    rays = camera_rays(intrinsics, base_from_camera)
     cells = _ground_cells(intrinsics, base_from_camera, range_max)
-    points = rays.points(depth).reshape(-1, 3)[cells.pixels]
-    measured = depth.reshape(-1)[cells.pixels] > 0
+    reading = depth.reshape(-1)[cells.pixels]
+    points = np.array(base_from_camera.position) + cells.directions * reading[:, None]
+    measured = reading > 0
     distance = np.hypot(points[:, 0], points[:, 1])
     hiding = measured & (points[:, 2] > _height_tolerance + _slope_tolerance * distance)
     hiding_count, measured_count = cells.sums(hiding), cells.sums(measured)
@@ -98,6 +116,7 @@ def _ground_cells(intrinsics: Intrinsics, base_from_camera: Pose3, range_max: fl
     count = np.bincount(cell, minlength=bearings_count * steps).astype(float)
     return _Cells(
         pixels=looked.astype(np.int32),
+        directions=rays.directions.reshape(-1, 3)[looked],
         cell=cell.astype(np.int32),
         count=count.reshape(bearings_count, steps),
         bearings=(edges[:-1] + edges[1:]) / 2,

@@ -4,10 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from schemas.arrays import Ints
-from services.perception.detection.boxes import Boxes
 from services.perception.scene import Recogniser
 from services.perception.space.forms import Forms
 from services.perception.training.detector.evaluation import Labelled
@@ -32,32 +30,18 @@ class Found:
     """(P,)"""
 
 
-@dataclass(frozen=True)
-class _Given:
-    """Boxes that were found before, for what looks for them again."""
-
-    classes: tuple[str, ...]
-    boxes: Boxes
-
-    def detect(self, color: NDArray[np.uint8]) -> Boxes:
-        """The boxes, whatever the picture."""
-        del color
-        return self.boxes
-
-
 def found_in(
     frames: FrameSet, networks: Networks, forms: Forms, progress: Callable[[int], None]
 ) -> Found:
     """Look at every frame; `progress` is told how many are done."""
     classes, scenes = networks.working.classes, list[int]()
+    recogniser = Recogniser(networks.working, forms, RANGE_MAX)
     faint, working, placings = list[Labelled](), list[Labelled](), list[Placings]()
     for number, known in enumerate(frames):
-        color = known.frame.color
-        faint.append(labelled(networks.faint.detect(color), known, classes))
-        boxes = networks.working.detect(color)
-        working.append(labelled(boxes, known, classes))
-        said, _ = Recogniser(_Given(classes, boxes), forms, RANGE_MAX).recognised(known.frame)
-        placings.append(placings_in(number, known, said))
+        faint.append(labelled(networks.faint.detect(known.frame.color), known, classes))
+        seen = recogniser.recognised(known.frame)
+        working.append(labelled(seen.boxes, known, classes))
+        placings.append(placings_in(number, known, seen.detections))
         scenes.append(known.scene)
         progress(number + 1)
     numbers = np.array(scenes, np.int32)

@@ -8,6 +8,7 @@ import torch
 from onnx import helper, numpy_helper
 
 from services.perception.detection.picture import input_height, input_width
+from services.perception.training.detector.any_size import make_any_size
 from services.perception.training.detector.network import DecodedNetwork, DetectorNetwork
 
 _opset = 17
@@ -23,6 +24,9 @@ def export_network(network: DetectorNetwork, path: Path) -> None:
     """
     decoded = DecodedNetwork(network, input_height, input_width)
     export(decoded, (input_height, input_width), "pictures", "predictions", path)
+    model = onnx.load(str(path))
+    make_any_size(model)
+    onnx.save(model, str(path))
 
 
 def export(

@@ -1,0 +1,1 @@
+"""What of the camera's pictures matters now: to which instruction, where, and how often."""
