@@ -154,6 +154,7 @@ PROCESSES: tuple[Process, ...] = (
         node="services.recorder.node:RecorderNode",
         latency_ms=0.0,
         listens=topics.ALL_TOPICS,
+        publishes=(topics.FAULT,),
         lockstep=False,
         purpose="writes every message to the log",
     ),

@@ -48,7 +48,7 @@ def replay(
         port: of the page.
         json: one JSON document a message on stdout.
     """
-    from services.runtime.record import read_log
+    from services.runtime.log_file import read_log
     from services.runtime.replay import paced
 
     if to == "web":
@@ -81,7 +81,7 @@ def log(
 
 
 def _info(file: Path, out: Path | None, as_json: bool) -> int:
-    from services.runtime.record import log_summary
+    from services.runtime.log_file import log_summary
 
     del out
     summary = log_summary(file)
@@ -103,7 +103,7 @@ def _rates(counts: dict[str, int], seconds: float) -> list[tuple[str, int, str]]
 
 
 def _check(file: Path, out: Path | None, as_json: bool) -> int:
-    from services.runtime.record import check_log
+    from services.runtime.repair import check_log
 
     del out
     problems = check_log(file)
@@ -115,7 +115,7 @@ def _check(file: Path, out: Path | None, as_json: bool) -> int:
 
 
 def _recover(file: Path, out: Path | None, as_json: bool) -> int:
-    from services.runtime.record import recover
+    from services.runtime.repair import recover
 
     target = out or file.with_stem(f"{file.stem}-recovered")
     if target.exists():
@@ -133,7 +133,7 @@ def _export(file: Path, out: Path | None, as_json: bool) -> int:
 
     from schemas.codec import as_builtins, decode
     from schemas.topics import topic_named
-    from services.runtime.record import read_log
+    from services.runtime.log_file import read_log
 
     del as_json
     target = out or file.with_suffix(".jsonl")

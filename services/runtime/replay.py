@@ -9,21 +9,20 @@ import msgspec
 
 from schemas.run import RunConfig
 from schemas.topics import ALL_TOPICS
-from services.runtime.record import LogRecord, log_summary, read_log
+from services.runtime.log_file import LogRecord, log_summary, read_log
 from services.runtime.wire import Bus
 
+_lists = {"detectors", "detector_classes"}
+"""Settings that are recorded as JSON, because they are no plain words or numbers."""
 _topics = {topic.key: topic for topic in ALL_TOPICS}
 
 
 def recorded_run(path: Path) -> RunConfig:
     """The settings a log was recorded with; defaults where it does not say."""
     recorded = log_summary(path)["metadata"].get("run", {})
-    known = {
-        name: msgspec.json.decode(text) if text.startswith("[") else text
-        for name, text in recorded.items()
-        if name in RunConfig.__struct_fields__
-    }
-    return msgspec.convert(known, RunConfig, strict=False)
+    known = {name: value for name, value in recorded.items() if name in RunConfig.__struct_fields__}
+    lists = {name: msgspec.json.decode(known[name]) for name in _lists & known.keys()}
+    return msgspec.convert(known | lists, RunConfig, strict=False)
 
 
 def play(

@@ -30,7 +30,7 @@ class Tap(Protocol):
         """Take one message, not decoded."""
         ...
 
-    def on_idle(self) -> None:
+    def on_idle(self) -> Iterable[Output]:
         """Called several times a second, between messages."""
         ...
 
@@ -164,7 +164,7 @@ class Worker:
         if self._beat.due() and not self._stepped:
             self._bus.publish(topics.HEARTBEAT.of(self._health.beat(self._mailbox)))
             if isinstance(self._node, Tap):
-                self._node.on_idle()
+                self._publish(self._node.on_idle())
 
     def _report(self, what: str, detail: str) -> None:
         if self._health.malformed_message():

@@ -21,7 +21,7 @@ from schemas.belief import MapBelief, OccupancyGrid
 from schemas.codec import decode
 from schemas.run import RunConfig
 from schemas.task import Decision
-from services.runtime.record import read_log
+from services.runtime.log_file import read_log
 from sim.experiments.episode import Episode, Trial
 from sim.experiments.montecarlo import REACHED_M
 from sim.experiments.perception_model import PerceptionSettings

@@ -20,11 +20,10 @@ from schemas.task import Failure, InstructionStatus, TaskState
 from services.policy.node import PolicyNode
 from services.policy.policy import BeliefPolicy
 from services.process_table import Process
+from services.recorder.run_log import RunLog
 from services.runtime.lockstep import Lockstep
 from services.runtime.mailbox import Sample
 from services.runtime.node import Node, node_generator
-from services.runtime.provenance import run_metadata
-from services.runtime.record import LogWriter
 from services.runtime.stopwatch import Stopwatch
 from services.runtime.trace import Trace
 from sim.experiments.arms import Arm, Truthful, nodes_of
@@ -128,7 +127,7 @@ class Episode:
         self._run, self._text, self._trial = run, text, trial or Trial()
         self._trace, self._observer = Trace(), _Observer()
         self._watch = Stopwatch()
-        self._writer = LogWriter(log, run_metadata(run)) if log else None
+        self._writer = RunLog(log, run) if log else None
         settings = self._trial.perception
         built = modelled_assembly(run, settings) if settings else table_assembly(run)
         self._truth = Truth(built.driver, run, self._trial.intended, self._trial.reached_m)

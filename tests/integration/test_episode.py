@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from services.process_table import PROCESSES
-from services.runtime.record import check_log
+from services.runtime.repair import check_log
 
 root = Path(__file__).parents[2]
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]

@@ -15,7 +15,8 @@ from schemas.health import ServiceState
 from schemas.sensing import Odometry
 from schemas.task import Failure, InstructionStatus, TaskState
 from services.runtime.client import Client, follow_instruction
-from services.runtime.record import check_log, log_summary
+from services.runtime.log_file import log_summary
+from services.runtime.repair import check_log
 from services.runtime.run_directory import RunDirectory
 from services.runtime.wire import Bus
 from tests.running import Running, eventually

@@ -12,19 +12,11 @@ import pytest
 from schemas import topics
 from schemas.codec import encode
 from schemas.health import Tick
-from schemas.run import RunConfig
+from services.runtime.log_file import LogError, log_summary, read_log
 from services.runtime.mailbox import Sample
-from services.runtime.provenance import run_metadata
-from services.runtime.record import (
-    LogError,
-    LogWriter,
-    check_log,
-    json_schema,
-    log_summary,
-    read_log,
-    recover,
-)
-from services.runtime.replay import recorded_run
+from services.runtime.message_schemas import json_schema
+from services.runtime.record import LogWriter
+from services.runtime.repair import check_log, recover
 
 endless_writer = """
 import sys, time

@@ -1,0 +1,1 @@
+"""What Foxglove, Lichtblick and Rerun show: our messages in Foxglove's schemas, as protobuf."""

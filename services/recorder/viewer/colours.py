@@ -1,0 +1,31 @@
+"""The colours of the page: one of Okabe and Ito's for each class of objects."""
+
+import zlib
+
+from services.recorder.viewer.parts import Rgb
+
+ORANGE: Rgb = (230, 159, 0)
+SKY: Rgb = (86, 180, 233)
+GREEN: Rgb = (0, 158, 115)
+BLUE: Rgb = (0, 114, 178)
+VERMILLION: Rgb = (213, 94, 0)
+PURPLE: Rgb = (204, 121, 167)
+GREY: Rgb = (110, 116, 128)
+
+_of_class: dict[str, Rgb] = {
+    "hydrant": VERMILLION,
+    "cone": ORANGE,
+    "barrel": BLUE,
+    "tree": GREEN,
+    "car": PURPLE,
+    "building": SKY,
+    "wall": GREY,
+    "robot": GREY,
+    "unknown": GREY,
+}
+_cycle = (ORANGE, SKY, GREEN, BLUE, VERMILLION, PURPLE)
+
+
+def class_colour(name: str) -> Rgb:
+    """The same in every run."""
+    return _of_class.get(name) or _cycle[zlib.crc32(name.encode()) % len(_cycle)]
