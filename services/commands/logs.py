@@ -64,6 +64,7 @@ def replay(
 def log(
     action: Annotated[Literal["info", "check", "recover", "export"], tyro.conf.Positional],
     file: Annotated[Path, tyro.conf.Positional],
+    what: Literal["messages", "decisions", "camera", "map"] = "messages",
     out: Path | None = None,
     json: bool = False,
 ) -> int:
@@ -71,12 +72,16 @@ def log(
 
     Args:
         action: info: what is in it; check: what is missing; recover: mend a file whose writer was
-            killed; export: messages as JSON lines.
+            killed; export: take something out of it.
         file: an MCAP file.
+        what: of an export: messages as JSON lines, decisions as CSV, camera as a video (WebM) with
+            boxes around what was found, map as an animated GIF.
         out: file to write (recover, export).
         json: one JSON document on stdout.
     """
-    actions = {"info": _info, "check": _check, "recover": _recover, "export": _export}
+    if action == "export":
+        return _export(file, what, out, json)
+    actions = {"info": _info, "check": _check, "recover": _recover}
     return actions[action](file, out, json)
 
 
@@ -89,10 +94,13 @@ def _info(file: Path, out: Path | None, as_json: bool) -> int:
         print_json(summary)
         return 0
     seconds = (summary["end_ns"] - summary["start_ns"]) / 1e9
+    per_minute = summary["bytes_per_minute"]
     print(
         f"{file}: {summary['messages']} messages, {seconds:.1f} s, {summary['bytes'] / 1e6:.1f} MB"
+        + (f", {per_minute / 1e6:.1f} MB a minute" if per_minute else "")
     )
     print_table(("topic", "messages", "Hz"), _rates(summary["topics"], seconds))
+    print_table(("for viewers", "messages", "Hz"), _rates(summary["shown"], seconds))
     for name, fields in summary["metadata"].items():
         print(f"{name}: " + ", ".join(f"{key}={value}" for key, value in fields.items()))
     return 0
@@ -128,22 +136,67 @@ def _recover(file: Path, out: Path | None, as_json: bool) -> int:
     return 0
 
 
-def _export(file: Path, out: Path | None, as_json: bool) -> int:
+def _export(file: Path, what: str, out: Path | None, as_json: bool) -> int:
+    suffixes = {"messages": ".jsonl", "decisions": ".csv", "camera": ".webm", "map": ".gif"}
+    writers = {
+        "messages": _write_messages,
+        "decisions": _write_decisions,
+        "camera": _write_camera,
+        "map": _write_map,
+    }
+    target = out or file.with_suffix(suffixes[what])
+    count = writers[what](file, target)
+    if not count:
+        raise UserError(f"{file}: nothing of the {what} is recorded in it")
+    if as_json:
+        print_json({"file": str(target), "what": what, "count": count})
+    else:
+        say(f"{target}: {count} {_counted[what]} written")
+    return 0
+
+
+_counted = {
+    "messages": "messages",
+    "decisions": "decisions",
+    "camera": "pictures",
+    "map": "pictures",
+}
+
+
+def _write_messages(file: Path, target: Path) -> int:
     import json as json_module
 
-    from schemas.codec import as_builtins, decode
-    from schemas.topics import topic_named
-    from services.runtime.log_file import read_log
+    from schemas.codec import as_builtins
+    from schemas.topics import ALL_TOPICS
+    from services.runtime.log_file import read_messages
 
-    del as_json
-    target = out or file.with_suffix(".jsonl")
+    count = 0
     with target.open("w") as stream:
-        for entry in read_log(file):
-            message = decode(entry.data, topic_named(entry.topic).type)
-            row = {"topic": entry.topic, "log_ns": entry.log_ns, "message": as_builtins(message)}
+        for log_ns, topic, message in read_messages(file, ALL_TOPICS):
+            count += 1
+            row = {"topic": topic.key, "log_ns": log_ns, "message": as_builtins(message)}
             stream.write(json_module.dumps(row) + "\n")
-    say(f"{target} written")
-    return 0
+    return count
+
+
+def _write_decisions(file: Path, target: Path) -> int:
+    from services.recorder.export.decisions import write_decisions
+
+    with target.open("w", newline="") as stream:
+        return write_decisions(file, stream)
+
+
+def _write_camera(file: Path, target: Path) -> int:
+    from services.perception.camera.video_file import write_video
+    from services.recorder.export.camera import FPS, film
+
+    return write_video(film(file), target, FPS)
+
+
+def _write_map(file: Path, target: Path) -> int:
+    from services.recorder.export.map_film import write_gif
+
+    return write_gif(file, target)
 
 
 def _replay_on_page(file: Path, rate: float, port: int) -> int:

@@ -2,7 +2,7 @@
 
 import struct
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -13,7 +13,9 @@ from mcap.records import Statistics
 from mcap.summary import Summary
 from zstandard import ZstdError
 
+from schemas.codec import MalformedMessageError, decode
 from schemas.errors import UserError
+from schemas.topics import Topic
 
 PROFILE = "incognita"
 ENCODING = "msgpack"
@@ -39,8 +41,12 @@ class LogRecord:
     data: bytes
 
 
-def read_log(path: Path) -> Iterator[LogRecord]:
+def read_log(path: Path, only: Collection[Topic[Any]] = ()) -> Iterator[LogRecord]:
     """Messages of a log in the order they were logged.
+
+    Args:
+        path: file of a run.
+        only: topics to read; none is all of them.
 
     Raises:
         LogError: no such file, a file of another program, or not closed properly.
@@ -49,6 +55,7 @@ def read_log(path: Path) -> Iterator[LogRecord]:
         try:
             reader, summary = _reader(path, stream)
             topics = {c.topic for c in summary.channels.values() if c.message_encoding == ENCODING}
+            topics = topics & {topic.key for topic in only} if only else topics
             for _, channel, message in reader.iter_messages(topics, log_time_order=True):
                 publisher = channel.metadata.get("publisher", "")
                 yield LogRecord(
@@ -56,6 +63,23 @@ def read_log(path: Path) -> Iterator[LogRecord]:
                 )
         except UNREADABLE as error:
             raise unreadable(path, error) from error
+
+
+def read_messages(
+    path: Path, only: Collection[Topic[Any]]
+) -> Iterator[tuple[int, Topic[Any], Any]]:
+    """Messages of some topics, decoded: when each was logged [ns], its topic, and it.
+
+    Raises:
+        LogError: as `read_log`, or a message of another version of the code.
+    """
+    topics = {topic.key: topic for topic in only}
+    for record in read_log(path, only):
+        topic = topics[record.topic]
+        try:
+            yield record.log_ns, topic, decode(record.data, topic.type)
+        except MalformedMessageError as error:
+            raise LogError(f"{path}: {topic.key}: {error}") from error
 
 
 def log_summary(path: Path) -> dict[str, Any]:
