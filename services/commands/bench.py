@@ -42,6 +42,7 @@ BENCHES: dict[str, Bench] = {
         "bench_grounding_scaling:measure", 30, "bench_grounding_scaling:draw"
     ),
     "grounding_training": Bench("bench_grounding_training:measure", 1),
+    "log": Bench("bench_suites:measure_log", 15),
     "mapping": Bench("bench_suites:measure_mapping", 15, "bench_mapping:draw"),
     "perception": Bench("perception.bench:measure", 1000),
     "runtime": Bench("bench_suites:measure_runtime", 25),
@@ -64,8 +65,8 @@ def bench(
     """Run an experiment; our figures stand beside the paper's.
 
     Args:
-        name: table1, table2, ablations, adaptive, belief, fov, grounding, grounding_scaling,
-            grounding_training, mapping, perception, runtime, or all.
+        name: table1, table2, ablations, belief, fov, grounding, grounding_scaling,
+            grounding_training, log, mapping, perception, runtime, or all.
         runs: how often each thing is tried or timed; by default as many as the experiment wants.
         workers: processes that may work at once; what measures time uses one.
         cluster: spread episodes with Ray: over the cluster at an address (HOST:PORT, ray://HOST:PORT

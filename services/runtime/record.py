@@ -73,7 +73,12 @@ class LogWriter:
 
     def flush_if_due(self) -> None:
         """Hand everything to the operating system, at most every `FLUSH_S`."""
-        if self._closed or time.monotonic() - self._flushed < FLUSH_S:
+        if time.monotonic() - self._flushed >= FLUSH_S:
+            self.flush()
+
+    def flush(self) -> None:
+        """Hand everything to the operating system."""
+        if self._closed:
             return
         self._check_room()
         try:

@@ -13,6 +13,7 @@ from sim.experiments.report import Outcome, Row, Settings
 SUITES = {
     "runtime": ["wire", "codec", "startup"],
     "mapping": ["mapping", "mapping_growth"],
+    "log": ["log"],
 }
 """Benchmarks of each part."""
 
@@ -25,6 +26,11 @@ def measure_runtime(settings: Settings) -> Outcome:
 def measure_mapping(settings: Settings) -> Outcome:
     """Steps of the filter and decisions, and how they grow."""
     return _measure("mapping", settings)
+
+
+def measure_log(settings: Settings) -> Outcome:
+    """Recording, what a kill loses, and opening large files."""
+    return _measure("log", settings)
 
 
 def _measure(suite: str, settings: Settings) -> Outcome:

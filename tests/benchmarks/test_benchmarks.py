@@ -36,6 +36,7 @@ SHORT = (
     Short("fiducials", 3),
     Short("startup", 1),
     Short("mapping", 3),
+    Short("log", 3),
 )
 MORE_ATTEMPTS = 2
 
