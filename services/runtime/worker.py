@@ -78,6 +78,13 @@ class Worker:
             sample = self._next()
             if sample is not None:
                 self._handle(sample)
+        self._finish()
+
+    def _finish(self) -> None:
+        """A tap takes what has arrived before it ends; others leave it to the next run."""
+        waiting = len(self._mailbox) if isinstance(self._node, Tap) else 0
+        for sample in filter(None, (self._next() for _ in range(waiting))):
+            self._handle(sample)
         if isinstance(self._node, Closable):
             self._node.close()
 

@@ -21,6 +21,7 @@ import msgspec
 import numpy as np
 
 from schemas import topics
+from schemas.health import SystemStatus
 from schemas.run import RunConfig
 from schemas.topics import ALL_TOPICS, Topic
 from services.recorder.run_log import RunLog
@@ -43,6 +44,9 @@ _large_bytes = 1_000_000_000
 _root = Path(__file__).parents[2]
 _realm = "bench-log"
 _patience_s = 20.0
+_ready_system = SystemStatus(
+    stamp_ns=0, realm=_realm, robot="husky", world="", ready=True, services=(), faults=()
+)
 
 
 @dataclass(frozen=True)
@@ -189,7 +193,8 @@ def _recorder(folder: Path, path: Path) -> Generator[tuple[Bus, subprocess.Popen
     ready: list[str] = []
     with Bus.hub(endpoint, _realm, run.robot) as hub:
         hub.watch_ready(lambda name, there: ready.append(name) if there else None)
-        child = subprocess.Popen([*command, "stepped"], cwd=_root)
+        hub.serve(topics.STATUS, lambda _request: _ready_system)
+        child = subprocess.Popen(command, cwd=_root)
         try:
             _until(lambda: bool(ready), "recorder ready")
             yield hub, child
