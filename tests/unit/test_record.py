@@ -1,22 +1,32 @@
 """Laws of the log: what was written is read, also after the writer was killed."""
 
 import os
+import resource
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from mcap.reader import make_reader
+from mcap.records import Footer, Message
+from mcap.stream_reader import StreamReader
+from mcap.writer import Writer
 
 from schemas import topics
 from schemas.codec import encode
 from schemas.health import Tick
+from schemas.run import RunConfig
+from services.runtime import record
 from services.runtime.log_file import LogError, log_summary, read_log
 from services.runtime.mailbox import Sample
 from services.runtime.message_schemas import json_schema
-from services.runtime.record import LogWriter
+from services.runtime.provenance import run_metadata
+from services.runtime.record import LogFullError, LogWriter
 from services.runtime.repair import check_log, recover
+from services.runtime.replay import recorded_run
 
 endless_writer = """
 import sys, time
@@ -49,7 +59,7 @@ def write_ticks(path: Path, sequences: list[int]) -> list[bytes]:
 def test_reading_gives_back_what_was_written_in_order(tmp_path: Path) -> None:
     payloads = write_ticks(tmp_path / "a.mcap", list(range(50)))
     records = list(read_log(tmp_path / "a.mcap"))
-    assert [record.data for record in records] == payloads
+    assert [one.data for one in records] == payloads
     assert log_summary(tmp_path / "a.mcap")["metadata"]["run"] == {"seed": "7"}
     assert check_log(tmp_path / "a.mcap") == []
 
@@ -87,6 +97,130 @@ def test_files_that_are_no_logs_are_refused(tmp_path: Path) -> None:
         list(read_log(tmp_path / "no.mcap"))
     with pytest.raises(LogError, match="no such file"):
         list(read_log(tmp_path / "none.mcap"))
+
+
+def test_settings_come_back_from_a_log_as_they_were(tmp_path: Path) -> None:
+    run = RunConfig(
+        robot="wheelchair", seed=7, view_range_m=3.5, detectors=("a.onnx", "b 'c'.onnx")
+    )
+    LogWriter(tmp_path / "a.mcap", {"run": run_metadata(run)["run"]}).close()
+    assert recorded_run(tmp_path / "a.mcap") == run
+
+
+def write_foreign(path: Path) -> None:
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start(profile="ros2", library="other 1.0")
+        channel = writer.register_channel("/chatter", "cdr", 0)
+        writer.add_message(channel, 1, b"hello", 1)
+        writer.finish()
+
+
+def test_a_log_of_another_program_is_refused_and_can_be_mended_all_the_same(tmp_path: Path) -> None:
+    write_foreign(tmp_path / "ros.mcap")
+    for read in (lambda path: list(read_log(path)), log_summary, check_log, recorded_run):
+        with pytest.raises(LogError, match=r"profile 'ros2', written by 'other 1\.0'"):
+            read(tmp_path / "ros.mcap")
+    assert recover(tmp_path / "ros.mcap", tmp_path / "mended.mcap") == 1
+    with (tmp_path / "mended.mcap").open("rb") as stream:
+        ((_, channel, message),) = make_reader(stream).iter_messages()
+    assert (channel.topic, message.data) == ("/chatter", b"hello")
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 0.999])
+def test_a_file_that_is_cut_short_says_so_and_is_mended(tmp_path: Path, share: float) -> None:
+    path, mended = tmp_path / "a.mcap", tmp_path / "b.mcap"
+    writer = LogWriter(path, {"run": {"seed": "7"}})
+    payloads = noise(60)
+    for number, payload in enumerate(payloads):
+        writer.write(Sample(topics.TICK, payload, 1, number, number), number)
+    writer.close()
+    path.write_bytes(path.read_bytes()[: round(share * path.stat().st_size)])
+    with pytest.raises(LogError, match="recover"):
+        list(read_log(path))
+    if share == 0.1:
+        with pytest.raises(LogError, match="nothing could be recovered"):
+            recover(path, mended)
+        assert not mended.exists()
+        return
+    count = recover(path, mended)
+    assert [one.data for one in read_log(mended)] == payloads[:count]
+    assert count >= (share - 0.25) * len(payloads)
+
+
+def test_a_file_with_damage_in_its_middle_is_mended_up_to_there(tmp_path: Path) -> None:
+    path, mended = tmp_path / "a.mcap", tmp_path / "b.mcap"
+    writer = LogWriter(path, {})
+    payloads = noise(60)
+    for number, payload in enumerate(payloads):
+        writer.write(Sample(topics.TICK, payload, 1, number, number), number)
+    writer.close()
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 0xFF
+    path.write_bytes(content)
+    count = recover(path, mended)
+    assert 0 < count < 60
+    assert [one.data for one in read_log(mended)] == payloads[:count]
+
+
+def write_all(writer: LogWriter, samples: list[Sample]) -> None:
+    for sample in samples:
+        writer.write(sample, sample.sent_ns)
+
+
+def noise(count: int) -> list[bytes]:
+    """Payloads of 64 kB that do not get smaller."""
+    return [os.urandom(64_000) for _ in range(count)]
+
+
+def test_a_file_ends_with_its_index_before_the_disk_is_full(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.mcap"
+    writer = LogWriter(path, {})
+    for number in range(10):
+        writer.write(Sample(topics.TICK, encode(Tick(stamp_ns=number)), 1, number, number), number)
+    monkeypatch.setattr(record, "free_bytes", lambda folder: record.RESERVE_BYTES - 1)
+    with pytest.raises(LogFullError, match="64 MB must stay free"):
+        writer.flush()
+    writer.close()
+    assert len(list(read_log(path))) == 10
+    with pytest.raises(LogFullError):
+        LogWriter(tmp_path / "b.mcap", {})
+    assert not (tmp_path / "b.mcap").exists()
+
+
+@pytest.fixture
+def no_file_above() -> Iterator[Callable[[int], None]]:
+    """Limits the size of files, which fails as a full disk does: in the middle of a write."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("size", [200_000, 1_500_000, 3_000_123])
+def test_a_write_that_fails_in_the_middle_leaves_a_whole_file(
+    tmp_path: Path, size: int, no_file_above: Callable[[int], None]
+) -> None:
+    path, payloads = tmp_path / "a.mcap", noise(100)
+    writer = LogWriter(path, {})
+    no_file_above(size)
+    samples = [Sample(topics.TICK, payload, 1, n, n) for n, payload in enumerate(payloads)]
+    with pytest.raises(LogFullError, match="File too large"):
+        write_all(writer, samples)
+    writer.close()
+    assert path.stat().st_size <= size
+    # Magic numbers, checksums and the footer at the end are checked, too.
+    with path.open("rb") as stream:
+        records = list(StreamReader(stream, validate_crcs=True).records)
+    kept = [one.data for one in records if isinstance(one, Message)]
+    assert isinstance(records[-1], Footer)
+    assert kept == payloads[: len(kept)]
+    # A piece holds 1 MiB; the last one did not fit, and one may have made room for the end.
+    assert sum(map(len, kept)) >= size - 2.2 * 2**20
+    if kept:
+        assert recover(path, tmp_path / "b.mcap") == len(kept)
+        assert [one.data for one in read_log(tmp_path / "b.mcap")] == kept
 
 
 @pytest.mark.parametrize("topic", topics.ALL_TOPICS, ids=lambda topic: topic.key)
