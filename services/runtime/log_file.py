@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from mcap.exceptions import McapError
-from mcap.reader import McapReader, make_reader
+from mcap.reader import McapReader
 from mcap.records import Statistics
 from mcap.summary import Summary
 from zstandard import ZstdError
@@ -16,6 +16,7 @@ from zstandard import ZstdError
 from schemas.codec import MalformedMessageError, decode
 from schemas.errors import UserError
 from schemas.topics import Topic
+from services.runtime.log_index import IndexedReader
 
 PROFILE = "incognita"
 ENCODING = "msgpack"
@@ -134,7 +135,7 @@ def _counts(summary: Summary, statistics: Statistics, *, shown: bool) -> dict[st
 
 
 def _reader(path: Path, stream: IO[bytes]) -> tuple[McapReader, Summary]:
-    reader = make_reader(stream)
+    reader = IndexedReader(stream)
     header = reader.get_header()
     if header.profile != PROFILE:
         raise LogError(

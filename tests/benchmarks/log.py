@@ -44,6 +44,8 @@ _large_bytes = 1_000_000_000
 _root = Path(__file__).parents[2]
 _realm = "bench-log"
 _patience_s = 20.0
+_settled_bytes = 20_000
+"""More than heartbeats make of a file in a second."""
 _ready_system = SystemStatus(
     stamp_ns=0, realm=_realm, robot="husky", world="", ready=True, services=(), faults=()
 )
@@ -216,11 +218,11 @@ def _publish(hub: Bus, kept: Traffic, seconds: int, times: int) -> dict[str, int
 
 
 def _settled(path: Path) -> None:
-    """Until the file has not grown for a second: what is on its way has arrived."""
-    sizes = [-1, path.stat().st_size]
-    while sizes[-1] != sizes[-2]:
+    """Until what is on its way has arrived; heartbeats of the recorder itself go on for ever."""
+    before, grown = path.stat().st_size, _settled_bytes
+    while grown >= _settled_bytes:
         time.sleep(1.0)
-        sizes.append(path.stat().st_size)
+        before, grown = path.stat().st_size, path.stat().st_size - before
 
 
 def _until(condition: Callable[[], bool], what: str) -> None:

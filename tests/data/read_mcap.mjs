@@ -1,5 +1,7 @@
-// Counts the messages of a log with the reader of another project: node read_mcap.mjs FILE
+// Reads every message of a log with the readers of another project: node read_mcap.mjs FILE
+// Those for viewers are decoded by the schemas in the file. Prints counts by topic.
 import { McapIndexedReader } from "@mcap/core";
+import { protobufFromBinaryDescriptor } from "@mcap/support";
 import { open } from "fs/promises";
 import zstd from "@foxglove/wasm-zstd";
 
@@ -16,6 +18,20 @@ const readable = {
 };
 const decompressHandlers = { zstd: (data, length) => zstd.decompress(data, Number(length)) };
 const reader = await McapIndexedReader.Initialize({ readable, decompressHandlers });
-let messages = 0;
-for await (const _ of reader.readMessages()) messages += 1;
-console.log(JSON.stringify({ messages }));
+const types = new Map();
+const messages = {};
+const decoded = {};
+for await (const { channelId, data } of reader.readMessages()) {
+  const { topic, messageEncoding, schemaId } = reader.channelsById.get(channelId);
+  messages[topic] = (messages[topic] ?? 0) + 1;
+  if (messageEncoding !== "protobuf") continue;
+  if (!types.has(topic)) {
+    const schema = reader.schemasById.get(schemaId);
+    types.set(topic, protobufFromBinaryDescriptor(schema.data).lookupType(schema.name));
+  }
+  const type = types.get(topic);
+  const wrong = type.verify(type.toObject(type.decode(data)));
+  if (wrong) throw new Error(`${topic}: ${wrong}`);
+  decoded[topic] = type.fullName.replace(/^\./, "");
+}
+console.log(JSON.stringify({ messages, decoded }));

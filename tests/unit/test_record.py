@@ -21,6 +21,7 @@ from schemas.health import Tick
 from schemas.run import RunConfig
 from services.runtime import record
 from services.runtime.log_file import LogError, log_summary, read_log
+from services.runtime.log_index import IndexedReader
 from services.runtime.mailbox import Sample
 from services.runtime.message_schemas import json_schema
 from services.runtime.provenance import run_metadata
@@ -100,9 +101,10 @@ def test_files_that_are_no_logs_are_refused(tmp_path: Path) -> None:
 
 
 def test_settings_come_back_from_a_log_as_they_were(tmp_path: Path) -> None:
-    run = RunConfig(
-        robot="wheelchair", seed=7, view_range_m=3.5, detectors=("a.onnx", "b 'c'.onnx")
-    )
+    networks = tuple(str(tmp_path / name) for name in ("a.onnx", "b 'c'.onnx"))
+    for name in networks:
+        Path(name).touch()
+    run = RunConfig(robot="wheelchair", seed=7, view_range_m=3.5, detectors=networks)
     LogWriter(tmp_path / "a.mcap", {"run": run_metadata(run)["run"]}).close()
     assert recorded_run(tmp_path / "a.mcap") == run
 
@@ -125,6 +127,21 @@ def test_a_log_of_another_program_is_refused_and_can_be_mended_all_the_same(tmp_
     with (tmp_path / "mended.mcap").open("rb") as stream:
         ((_, channel, message),) = make_reader(stream).iter_messages()
     assert (channel.topic, message.data) == ("/chatter", b"hello")
+
+
+def test_the_index_is_read_as_the_package_reads_it(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    writer = LogWriter(path, {"run": {"seed": "7"}})
+    for number in range(40):
+        for topic in (topics.TICK, topics.ODOMETRY)[: 1 + number % 2]:
+            writer.write(Sample(topic, encode(Tick(stamp_ns=number)), 1, number, number), number)
+        writer.flush()
+    writer.close()
+    with path.open("rb") as ours, path.open("rb") as theirs:
+        given, wanted = IndexedReader(ours).get_summary(), make_reader(theirs).get_summary()
+    assert given is not None
+    assert len(given.chunk_indexes) == 40
+    assert vars(given) == vars(wanted)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 0.999])
