@@ -9,6 +9,8 @@ from typing import Any
 from schemas.topics import Qos, Topic
 
 _after_all_ranks = 1000
+KEPT_BYTES = 64_000_000
+"""Of each topic, what may wait for one who must not miss anything and gets no processor."""
 
 
 @dataclass(frozen=True)
@@ -32,16 +34,15 @@ class Mailbox:
     handle its fastest stream for ever and starve the others.
 
     Latest-wins topics hold one message; never-drop topics hold `Topic.queue` and count what they
-    had to let go. With `keep_all` every topic is treated as never-drop.
+    had to let go. With `keep_all` every topic is treated as never-drop, and holds `KEPT_BYTES`.
     """
 
     def __init__(self, topics: Iterable[Topic[Any]], *, keep_all: bool = False) -> None:
         self._queues: dict[str, deque[Sample]] = {}
-        self._limits: dict[str, int] = {}
+        self._bytes: dict[str, int] = {}
         for topic in topics:
-            latest = topic.qos is Qos.LATEST_WINS and not keep_all
             self._queues[topic.key] = deque()
-            self._limits[topic.key] = 1 if latest else topic.queue
+            self._bytes[topic.key] = 0
         self._order: list[tuple[int, int, str]] = []
         self._arrivals = 0
         self._loss = LossCounter(every_topic=keep_all)
@@ -60,8 +61,8 @@ class Mailbox:
         if not self._loss.note(sample):
             return False
         queue = self._queues[topic.key]
-        if len(queue) >= self._limits[topic.key]:
-            queue.popleft()
+        if self._is_full(topic, queue):
+            self._bytes[topic.key] -= len(queue.popleft().payload)
             if topic.qos is Qos.LATEST_WINS and not self._keep_all:
                 self.replaced += 1
             else:
@@ -70,6 +71,7 @@ class Mailbox:
             heapq.heappush(self._order, (self._urgency(topic), self._arrivals, topic.key))
         self._arrivals += 1
         queue.append(sample)
+        self._bytes[topic.key] += len(sample.payload)
         return True
 
     def take(self) -> Sample | None:
@@ -77,10 +79,17 @@ class Mailbox:
         if not self._order:
             return None
         _, _, key = heapq.heappop(self._order)
-        return self._queues[key].popleft()
+        sample = self._queues[key].popleft()
+        self._bytes[key] -= len(sample.payload)
+        return sample
 
     def __len__(self) -> int:
         return len(self._order)
+
+    def _is_full(self, topic: Topic[Any], queue: deque[Sample]) -> bool:
+        if self._keep_all:
+            return bool(queue) and self._bytes[topic.key] >= KEPT_BYTES
+        return len(queue) >= (1 if topic.qos is Qos.LATEST_WINS else topic.queue)
 
     def _urgency(self, topic: Topic[Any]) -> int:
         if self._keep_all:

@@ -19,6 +19,8 @@ from services.runtime.node import Closable, Node, Resumable, node_generator
 from services.runtime.wire import Bus, NoAnswerError
 
 _idle_s = 0.2
+_finish_s = 1.5
+"""Less than a supervisor waits before it ends a process by force."""
 _fault_period_s = 1.0
 
 
@@ -83,8 +85,10 @@ class Worker:
     def _finish(self) -> None:
         """A tap takes what has arrived before it ends; others leave it to the next run."""
         waiting = len(self._mailbox) if isinstance(self._node, Tap) else 0
-        for sample in filter(None, (self._next() for _ in range(waiting))):
+        deadline = time.monotonic() + _finish_s
+        while waiting and time.monotonic() < deadline and (sample := self._next()) is not None:
             self._handle(sample)
+            waiting -= 1
         if isinstance(self._node, Closable):
             self._node.close()
 

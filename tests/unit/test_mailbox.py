@@ -1,5 +1,6 @@
 """Laws of the mailbox: order, replacement, and honest counting."""
 
+import dataclasses
 from typing import Any
 
 from hypothesis import given
@@ -7,7 +8,7 @@ from hypothesis import strategies as st
 
 from schemas import topics
 from schemas.topics import Qos, Topic
-from services.runtime.mailbox import Mailbox, Sample
+from services.runtime.mailbox import KEPT_BYTES, Mailbox, Sample
 
 watched: list[Topic[Any]] = [topics.STOP, topics.ODOMETRY, topics.SCAN, topics.INSTRUCTION]
 
@@ -78,3 +79,16 @@ def test_keeping_all_treats_every_topic_as_never_drop() -> None:
         mailbox.put(sample(topics.ODOMETRY, sequence))
     assert [entry.sequence for entry in drained(mailbox)] == [0, 1, 3]
     assert mailbox.lost == 1
+
+
+def test_keeping_all_holds_what_arrives_while_nobody_takes_up_to_a_size() -> None:
+    mailbox = Mailbox(watched, keep_all=True)
+    large = bytes(KEPT_BYTES // 10)
+    for sequence in range(5000):
+        mailbox.put(sample(topics.ODOMETRY, sequence))
+    for sequence in range(13):
+        mailbox.put(dataclasses.replace(sample(topics.SCAN, sequence), payload=large))
+    taken = drained(mailbox)
+    assert [one.sequence for one in taken if one.topic is topics.ODOMETRY] == list(range(5000))
+    assert [one.sequence for one in taken if one.topic is topics.SCAN] == list(range(3, 13))
+    assert mailbox.lost == 3
