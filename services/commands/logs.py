@@ -147,6 +147,7 @@ def _export(file: Path, what: str, out: Path | None, as_json: bool) -> int:
     target = out or file.with_suffix(suffixes[what])
     count = writers[what](file, target)
     if not count:
+        target.unlink(missing_ok=True)
         raise UserError(f"{file}: nothing of the {what} is recorded in it")
     if as_json:
         print_json({"file": str(target), "what": what, "count": count})

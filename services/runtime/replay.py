@@ -9,7 +9,7 @@ import msgspec
 
 from schemas.run import RunConfig
 from schemas.topics import ALL_TOPICS
-from services.runtime.log_file import LogRecord, log_summary, read_log
+from services.runtime.log_file import LogError, LogRecord, log_summary, read_log
 from services.runtime.wire import Bus
 
 _lists = {"detectors", "detector_classes"}
@@ -18,11 +18,18 @@ _topics = {topic.key: topic for topic in ALL_TOPICS}
 
 
 def recorded_run(path: Path) -> RunConfig:
-    """The settings a log was recorded with; defaults where it does not say."""
+    """The settings a log was recorded with; defaults where it does not say.
+
+    Raises:
+        LogError: not a readable log, or its settings are none.
+    """
     recorded = log_summary(path)["metadata"].get("run", {})
-    known = {name: value for name, value in recorded.items() if name in RunConfig.__struct_fields__}
-    lists = {name: msgspec.json.decode(known[name]) for name in _lists & known.keys()}
-    return msgspec.convert(known | lists, RunConfig, strict=False)
+    known = {name: recorded[name] for name in RunConfig.__struct_fields__ if name in recorded}
+    try:
+        lists = {name: msgspec.json.decode(known[name]) for name in _lists & known.keys()}
+        return msgspec.convert(known | lists, RunConfig, strict=False)
+    except (msgspec.DecodeError, msgspec.ValidationError) as error:
+        raise LogError(f"{path}: settings of another version of the code: {error}") from error
 
 
 def play(

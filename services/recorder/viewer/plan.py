@@ -1,15 +1,18 @@
 """What the robot is about to do: every choice with its cost, the goal and the way there."""
 
+from collections.abc import Iterable
+
 import numpy as np
 from foxglove_schemas_protobuf.ArrowPrimitive_pb2 import ArrowPrimitive
 from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
+from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletion
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
 from foxglove_schemas_protobuf.TextPrimitive_pb2 import TextPrimitive
 
 from schemas.geometry import Pose3
-from schemas.task import Decision, Goal, GoalStatus
+from schemas.task import Decision, Goal, GoalStatus, InstructionStatus, TaskState
 from services.recorder.viewer.colours import GREEN, ORANGE, SKY
 from services.recorder.viewer.parts import (
     MAP,
@@ -76,6 +79,15 @@ def path(status: GoalStatus) -> SceneUpdate:
     )
     entity = SceneEntity(timestamp=time_of(status.stamp_ns), frame_id=MAP, id="path", lines=[line])
     return SceneUpdate(entities=[entity])
+
+
+def over(status: InstructionStatus) -> Iterable[SceneUpdate]:
+    """What an instruction drew is taken away when it has ended."""
+    if status.state is not TaskState.ACTIVE:
+        everything = SceneEntityDeletion(
+            timestamp=time_of(status.stamp_ns), type=SceneEntityDeletion.ALL
+        )
+        yield SceneUpdate(deletions=[everything])
 
 
 def _text(at: tuple[float, ...], text: str) -> TextPrimitive:
