@@ -26,7 +26,7 @@ class RunLog:
         self._writer.write(sample, log_ns)
         if log_ns - sample.sent_ns > LATE_NS:
             return
-        for shown in self._viewer.show(sample, log_ns):
+        for shown in self._viewer.show(sample):
             schema, data = schema_of(type(shown.message)), shown.message.SerializeToString()
             self._writer.show(shown.topic, schema, data, log_ns)
 

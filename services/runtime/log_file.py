@@ -17,6 +17,7 @@ from schemas.codec import MalformedMessageError, decode
 from schemas.errors import UserError
 from schemas.topics import Topic
 from services.runtime.log_index import IndexedReader
+from services.runtime.sink import MAGIC
 
 PROFILE = "incognita"
 ENCODING = "msgpack"
@@ -162,7 +163,13 @@ def opened(path: Path) -> IO[bytes]:
 def is_mcap(path: Path) -> bool:
     """Whether a file begins as MCAP files do."""
     with path.open("rb") as stream:
-        return stream.read(5)[1:] == b"MCAP"
+        return stream.read(len(MAGIC)) == MAGIC
+
+
+def _ends_well(path: Path) -> bool:
+    with path.open("rb") as stream:
+        stream.seek(max(0, path.stat().st_size - len(MAGIC)))
+        return stream.read() == MAGIC
 
 
 def unreadable(path: Path, error: Exception) -> LogError:
@@ -171,4 +178,7 @@ def unreadable(path: Path, error: Exception) -> LogError:
         return error
     if not is_mcap(path):
         return LogError(f"{path}: not an MCAP file")
-    return LogError(f"{path}: {error or type(error).__name__}; try 'incognita log recover {path}'")
+    why = f"damaged ({error or type(error).__name__})"
+    if not _ends_well(path):
+        why = "not complete (its writer was killed, still writes, or it was copied in part)"
+    return LogError(f"{path}: {why}; try 'incognita log recover {path}'")

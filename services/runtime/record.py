@@ -45,6 +45,7 @@ class LogWriter:
         self._writer = Writer(self._sink, compression=CompressionType.ZSTD)  # type: ignore[arg-type]
         self._channels: dict[tuple[str, int], int] = {}
         self._shown: dict[str, int] = {}
+        self._sent_ns: dict[str, int] = {}
         self._closed = False
         self._flushed = time.monotonic()
         self._writer.start(profile=PROFILE, library="incognita")
@@ -53,7 +54,8 @@ class LogWriter:
 
     def write(self, sample: Sample, log_ns: int) -> None:
         """Append one message; `log_ns` is when it was received."""
-        self._add(self._channel(sample), log_ns, sample.payload, sample.sent_ns, sample.sequence)
+        sent_ns = self._sent_in_order(sample, log_ns)
+        self._add(self._channel(sample), log_ns, sample.payload, sent_ns, sample.sequence)
         self.flush_if_due()
 
     def show(self, topic: str, schema: tuple[str, bytes], data: bytes, log_ns: int) -> None:
@@ -97,6 +99,17 @@ class LogWriter:
         except OSError:
             self._sink.end_without_index()
         self._sink.close()
+
+    def _sent_in_order(self, sample: Sample, log_ns: int) -> int:
+        """When it was sent, but in the order in which it came: viewers want one order of a topic.
+
+        Publishers of one topic overtake one another by a little, and by any amount where the clocks
+        of their machines differ.
+        """
+        before_ns = self._sent_ns.get(sample.topic.key, 0)
+        sent_ns = max(before_ns, min(sample.sent_ns, log_ns))
+        self._sent_ns[sample.topic.key] = sent_ns
+        return sent_ns
 
     def _add(self, channel: int, log_ns: int, data: bytes, sent_ns: int, sequence: int) -> None:
         try:

@@ -8,10 +8,11 @@ import os
 import struct
 from pathlib import Path
 
-_magic = bytes((0x89, *b"MCAP0\r\n"))
+MAGIC = bytes((0x89, *b"MCAP0\r\n"))
+"""What MCAP files begin and end with."""
 _data_end = struct.pack("<BQI", 0x0F, 4, 0)
 _footer = struct.pack("<BQQQI", 0x02, 20, 0, 0, 0)
-_ending = _data_end + _footer + _magic
+_ending = _data_end + _footer + MAGIC
 """The end of an MCAP file without an index."""
 
 

@@ -137,7 +137,7 @@ def test_drawing_costs_no_more_when_there_is_more_traffic():
     shown = [
         one.topic
         for at_ns in times
-        for one in viewer.show(Sample(topics.BELIEF, payload, 1, at_ns, at_ns), at_ns)
+        for one in viewer.show(Sample(topics.BELIEF, payload, 1, at_ns, at_ns))
     ]
     assert 3 <= shown.count("/map/objects") <= 5
 

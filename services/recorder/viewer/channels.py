@@ -88,9 +88,9 @@ class Viewer:
             self._rows.setdefault(row.source.key, []).append(row)
         self._shown_ns: dict[Channel, int] = {}
 
-    def show(self, sample: Sample, log_ns: int) -> Iterator[Shown]:
+    def show(self, sample: Sample) -> Iterator[Shown]:
         """What is seen of a message; nothing of one that cannot be read."""
-        due = [row for row in self._rows.get(sample.topic.key, ()) if self._is_due(row, log_ns)]
+        due = [row for row in self._rows.get(sample.topic.key, ()) if self._is_due(row, sample)]
         if not due:
             return
         try:
@@ -98,13 +98,13 @@ class Viewer:
         except MalformedMessageError:
             return
         for row in due:
-            self._shown_ns[row] = log_ns
+            self._shown_ns[row] = sample.sent_ns
             shown = row.show(message)
             for one in [shown] if isinstance(shown, Message) else shown:
                 yield Shown(row.topic, one)
 
-    def _is_due(self, row: Channel, log_ns: int) -> bool:
+    def _is_due(self, row: Channel, sample: Sample) -> bool:
         before = self._shown_ns.get(row)
         if before is None or row.max_hz == EVERY:
             return True
-        return log_ns - before >= _early * 1e9 / row.max_hz
+        return sample.sent_ns - before >= _early * 1e9 / row.max_hz
