@@ -136,7 +136,7 @@ def _counts(summary: Summary, statistics: Statistics, *, shown: bool) -> dict[st
 
 
 def _reader(path: Path, stream: IO[bytes]) -> tuple[McapReader, Summary]:
-    reader = IndexedReader(stream)
+    reader = IndexedReader(stream, validate_crcs=True)
     header = reader.get_header()
     if header.profile != PROFILE:
         raise LogError(

@@ -16,7 +16,7 @@ from services.runtime.mailbox import Sample
 from services.runtime.message_schemas import json_schema
 from services.runtime.sink import Sink, free_bytes
 
-FLUSH_S = 0.4
+FLUSH_S = 0.3
 RESERVE_BYTES = 64_000_000
 """A file is ended when the disk has less room: for its index, and for what else runs here."""
 
@@ -165,6 +165,6 @@ def _shortage(path: Path, reserve_bytes: int) -> str:
     if free >= reserve_bytes:
         return ""
     return (
-        f"{path}: {free / 1e6:.0f} MB are left on the disk, "
+        f"{path}: {free / 1e6:.1f} MB are left on the disk, "
         f"{reserve_bytes / 1e6:.0f} MB must stay free"
     )

@@ -187,6 +187,8 @@ def test_a_file_with_damage_in_its_middle_is_mended_up_to_there(tmp_path: Path) 
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 0xFF
     path.write_bytes(content)
+    with pytest.raises(LogError, match=r"damaged .* 'incognita log recover"):
+        check_log(path)
     count = recover(path, mended)
     assert 0 < count < 60
     assert [one.data for one in read_log(mended)] == payloads[:count]
