@@ -14,7 +14,13 @@ from schemas.belief import MapBelief, OccupancyGrid
 from schemas.geometry import Pose2
 from services.recorder.viewer.colours import BLUE, GREEN, GREY, ORANGE, class_colour
 from services.recorder.viewer.ground import grid_colours
-from services.recorder.viewer.scene import guess_opacity, guessed_rows, region_rows, seen_rows
+from services.recorder.viewer.scene import (
+    guess_opacity,
+    guessed_rows,
+    region_rows,
+    seen_opacity,
+    seen_rows,
+)
 
 if TYPE_CHECKING:
     from services.recorder.export.map_film import Scene
@@ -59,8 +65,9 @@ def draw_map(window: Window, scene: Scene, seconds: float) -> Image.Image:
     assert scene.belief is not None
     floor = _floor(window, scene.grid)
     _blend(floor, _guesses(window, scene.belief))
+    _blend(floor, _seen(window, scene.belief))
     draw = ImageDraw.Draw(floor)
-    _draw_seen(draw, window, scene.belief)
+    _draw_names(draw, window, scene.belief)
     _draw_line(draw, window, scene.belief.trajectory[:, :2], BLUE, 2)
     if scene.status is not None:
         _draw_line(draw, window, scene.status.path, ORANGE, 3)
@@ -117,13 +124,27 @@ def _blend(picture: Image.Image, layer: Image.Image) -> None:
     picture.paste(layer, mask=layer.getchannel("A"))
 
 
-def _draw_seen(draw: ImageDraw.ImageDraw, window: Window, belief: MapBelief) -> None:
+def _seen(window: Window, belief: MapBelief) -> Image.Image:
+    layer = Image.new("RGBA", window.size)
+    draw = ImageDraw.Draw(layer)
     for row in seen_rows(belief):
+        tint = class_colour(belief.classes[belief.class_index[row]])
+        opacity = 255 if seen_opacity(belief, row) > 0.5 else 64
+        draw.rectangle(_box(window, belief, row), fill=(*tint, opacity), outline=(*_ink, 255))
+    return layer
+
+
+def _box(window: Window, belief: MapBelief, row: np.intp) -> tuple[float, float, float, float]:
+    half = np.maximum(belief.extent[row, :2] / 2, 0.12)
+    low, high = window.pixels(belief.position[row] + np.array([[-1, 1], [1, -1]]) * half)
+    return (*low, *high)
+
+
+def _draw_names(draw: ImageDraw.ImageDraw, window: Window, belief: MapBelief) -> None:
+    for row in seen_rows(belief):
+        _, top, right, _ = _box(window, belief, row)
         name = belief.classes[belief.class_index[row]]
-        half = np.maximum(belief.extent[row, :2] / 2, 0.12)
-        low, high = window.pixels(belief.position[row] + np.array([[-1, 1], [1, -1]]) * half)
-        draw.rectangle((*low, *high), fill=class_colour(name), outline=_ink)
-        draw.text((high[0] + 3, low[1] - 4), name, fill=_ink)
+        draw.text((right + 3, top - 4), name, fill=_ink)
     for row in region_rows(belief):
         (at,) = window.pixels(belief.position[[row]])
         draw.text(at, belief.classes[belief.class_index[row]], fill=_ink, anchor="mm")

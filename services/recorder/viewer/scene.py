@@ -30,6 +30,7 @@ _faintest, _strongest = 0.08, 0.6
 _surely_there = 0.3
 """Seen objects that exist less probably are passing errors of the detector."""
 _region_height = 0.02
+_large_m2 = 4.0
 
 Rows = NDArray[np.intp]
 
@@ -71,6 +72,12 @@ def seen_rows(belief: MapBelief) -> Rows:
     return np.flatnonzero((belief.particle == shared) & (belief.existence >= _surely_there))
 
 
+def seen_opacity(belief: MapBelief, row: np.intp) -> float:
+    """Places and buildings would hide what is in them."""
+    length, width, _ = belief.extent[row].tolist()
+    return 0.25 if length * width > _large_m2 else 0.85
+
+
 def guessed_rows(belief: MapBelief, index: int) -> Rows:
     """Rows of the guessed objects of one class, the heaviest where there are many."""
     rows = np.flatnonzero((belief.particle >= 0) & (belief.class_index == index))
@@ -89,7 +96,7 @@ def region_rows(belief: MapBelief) -> Rows:
 def _seen(belief: MapBelief) -> SceneEntity:
     entity = _entity(belief, "seen")
     for row in seen_rows(belief):
-        _add_cube(entity, belief, row, 0.85)
+        _add_cube(entity, belief, row, seen_opacity(belief, row))
         _add_name(entity, belief, row, float(belief.extent[row, 2]))
     return entity
 
