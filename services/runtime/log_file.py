@@ -55,7 +55,7 @@ def read_log(path: Path, only: Collection[Topic[Any]] = ()) -> Iterator[LogRecor
     """
     with opened(path) as stream:
         try:
-            reader, summary = _reader(path, stream)
+            reader, summary = _reader(path, stream, by_topic=bool(only))
             topics = {c.topic for c in summary.channels.values() if c.message_encoding == ENCODING}
             topics = topics & {topic.key for topic in only} if only else topics
             for _, channel, message in reader.iter_messages(topics, log_time_order=True):
@@ -135,8 +135,8 @@ def _counts(summary: Summary, statistics: Statistics, *, shown: bool) -> dict[st
     return dict(counts)
 
 
-def _reader(path: Path, stream: IO[bytes]) -> tuple[McapReader, Summary]:
-    reader = IndexedReader(stream, validate_crcs=True)
+def _reader(path: Path, stream: IO[bytes], *, by_topic: bool = False) -> tuple[McapReader, Summary]:
+    reader = IndexedReader(stream, by_topic=by_topic)
     header = reader.get_header()
     if header.profile != PROFILE:
         raise LogError(

@@ -2,7 +2,7 @@
 
 import io
 import struct
-from typing import cast
+from typing import IO, cast
 
 import numpy as np
 from mcap.exceptions import McapError
@@ -28,7 +28,16 @@ _offset = np.dtype([("channel", "<u2"), ("offset", "<u8")])
 
 
 class IndexedReader(SeekingReader):
-    """The package's reader; it reads field by field what is read here at a stroke."""
+    """The package's reader; it reads field by field what is read here at a stroke.
+
+    Args:
+        stream: the file.
+        by_topic: read which topics each chunk holds, too; without it chunks hold any of them.
+    """
+
+    def __init__(self, stream: IO[bytes], *, by_topic: bool) -> None:
+        super().__init__(stream, validate_crcs=True)
+        self._by_topic = by_topic
 
     def get_summary(self) -> Summary | None:
         """The index, or None in a file without one."""
@@ -45,17 +54,17 @@ class IndexedReader(SeekingReader):
         if footer.summary_start == 0:
             return None
         self._stream.seek(footer.summary_start)
-        return _summary(self._stream.read())
+        return _summary(self._stream.read(), self._by_topic)
 
 
-def _summary(data: bytes) -> Summary:
+def _summary(data: bytes, by_topic: bool) -> Summary:
     """The records of the summary section, to the end of the file."""
     summary, others, at = Summary(), bytearray(), 0
     while at + _record.size <= len(data) - MAGIC_SIZE:
         code, size = _record.unpack_from(data, at)
         body = at + _record.size
         if code == Opcode.CHUNK_INDEX:
-            summary.chunk_indexes.append(_chunk_index(data, body))
+            summary.chunk_indexes.append(_chunk_index(data, body, by_topic))
         else:
             others += data[at : body + size]
         at = body + size
@@ -63,12 +72,10 @@ def _summary(data: bytes) -> Summary:
     return summary
 
 
-def _chunk_index(data: bytes, at: int) -> ChunkIndex:
+def _chunk_index(data: bytes, at: int, by_topic: bool) -> ChunkIndex:
     first_ns, last_ns, start, length, size = _chunk.unpack_from(data, at)
     at += _chunk.size
-    offsets = np.frombuffer(data, _offset, size // _offset.itemsize, at)
-    # dict of a list of pairs is the fastest way from an array to a dict.
-    by_channel = dict(cast(list[tuple[int, int]], offsets.tolist()))
+    by_channel = _offsets(data, at, size) if by_topic else {}
     index_length, name_size = _after_offsets.unpack_from(data, at + size)
     at += size + _after_offsets.size
     compressed, uncompressed = _sizes.unpack_from(data, at + name_size)
@@ -83,6 +90,12 @@ def _chunk_index(data: bytes, at: int) -> ChunkIndex:
         compressed_size=compressed,
         uncompressed_size=uncompressed,
     )
+
+
+def _offsets(data: bytes, at: int, size: int) -> dict[int, int]:
+    offsets = np.frombuffer(data, _offset, size // _offset.itemsize, at)
+    # A dict of a list of pairs is the fastest way out of an array.
+    return dict(cast(list[tuple[int, int]], offsets.tolist()))
 
 
 def _take_others(summary: Summary, data: bytes) -> None:
