@@ -21,7 +21,8 @@ import msgspec
 import numpy as np
 
 from schemas import topics
-from schemas.health import SystemStatus
+from schemas.codec import decode
+from schemas.health import Heartbeat, SystemStatus
 from schemas.run import RunConfig
 from schemas.topics import ALL_TOPICS, Topic
 from services.recorder.run_log import RunLog
@@ -44,8 +45,6 @@ _large_bytes = 1_000_000_000
 _root = Path(__file__).parents[2]
 _realm = "bench-log"
 _patience_s = 20.0
-_settled_bytes = 20_000
-"""More than heartbeats make of a file in a second."""
 _ready_system = SystemStatus(
     stamp_ns=0, realm=_realm, robot="husky", world="", ready=True, services=(), faults=()
 )
@@ -99,8 +98,10 @@ def _keeping_up(folder: Path, kept: Traffic, seconds: int) -> Row:
     """The recorder as a process, at ten times the traffic."""
     path = folder / "fast.mcap"
     with _recorder(folder, path) as (hub, child):
+        beats: list[Heartbeat] = []
+        hub.subscribe(topics.HEARTBEAT, lambda one: beats.append(decode(one.payload, Heartbeat)))
         sent = _publish(hub, kept, seconds, _times_normal)
-        _settled(path)
+        _wait_until_handled(beats, sum(sent.values()))
         child.terminate()
         child.wait(_patience_s)
     counts = log_summary(path)["topics"]
@@ -217,12 +218,12 @@ def _publish(hub: Bus, kept: Traffic, seconds: int, times: int) -> dict[str, int
     return sent
 
 
-def _settled(path: Path) -> None:
-    """Until what is on its way has arrived; heartbeats of the recorder itself go on for ever."""
-    before, grown = path.stat().st_size, _settled_bytes
-    while grown >= _settled_bytes:
-        time.sleep(1.0)
-        before, grown = path.stat().st_size, path.stat().st_size - before
+def _wait_until_handled(beats: list[Heartbeat], sent: int) -> None:
+    """Until the recorder has taken everything up, or has missed some of it."""
+    deadline = time.monotonic() + _patience_s
+    # It takes up its own heartbeats, too; the last of them may be on their way.
+    while time.monotonic() < deadline and not (beats and beats[-1].handled >= sent + len(beats)):
+        time.sleep(0.1)
 
 
 def _until(condition: Callable[[], bool], what: str) -> None:
