@@ -12,8 +12,6 @@ from schemas.topics import ALL_TOPICS
 from services.runtime.log_file import LogError, LogRecord, log_summary, read_log
 from services.runtime.wire import Bus
 
-_lists = {"detectors", "detector_classes"}
-"""Settings that are recorded as JSON, because they are no plain words or numbers."""
 _topics = {topic.key: topic for topic in ALL_TOPICS}
 
 
@@ -24,10 +22,13 @@ def recorded_run(path: Path) -> RunConfig:
         LogError: not a readable log, or its settings are none.
     """
     recorded = log_summary(path)["metadata"].get("run", {})
-    known = {name: recorded[name] for name in RunConfig.__struct_fields__ if name in recorded}
     try:
-        lists = {name: msgspec.json.decode(known[name]) for name in _lists & known.keys()}
-        return msgspec.convert(known | lists, RunConfig, strict=False)
+        known = {
+            name: msgspec.json.decode(text) if text.startswith("[") else text
+            for name, text in recorded.items()
+            if name in RunConfig.__struct_fields__
+        }
+        return msgspec.convert(known, RunConfig, strict=False)
     except (msgspec.DecodeError, msgspec.ValidationError) as error:
         raise LogError(f"{path}: settings of another version of the code: {error}") from error
 

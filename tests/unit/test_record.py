@@ -112,15 +112,6 @@ def test_files_that_are_no_logs_are_refused(tmp_path: Path) -> None:
         list(read_log(tmp_path / "none.mcap"))
 
 
-def test_settings_come_back_from_a_log_as_they_were(tmp_path: Path) -> None:
-    networks = tuple(str(tmp_path / name) for name in ("a.onnx", "b 'c'.onnx"))
-    for name in networks:
-        Path(name).touch()
-    run = RunConfig(robot="wheelchair", seed=7, view_range_m=3.5, detectors=networks)
-    LogWriter(tmp_path / "a.mcap", {"run": run_metadata(run)["run"]}).close()
-    assert recorded_run(tmp_path / "a.mcap") == run
-
-
 def write_foreign(path: Path) -> None:
     with path.open("wb") as stream:
         writer = Writer(stream)
