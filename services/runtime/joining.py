@@ -4,6 +4,7 @@ Zenoh refuses silently and knows no common time. So who joins asks what it may d
 differs, and says in words what is wrong before it starts.
 """
 
+import time
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,6 +32,8 @@ from services.runtime.wire import Bus, NoAnswerError
 CLOCK_BOUND_S = 0.1
 """Commands expire after half a second, so clocks must agree on far less [s]."""
 _readings = 8
+_hub_starts_s = 2.0
+"""A hub that has just opened its port does not answer yet [s]."""
 _never_sent = {topics.TICK.key}
 
 
@@ -70,9 +73,10 @@ def receive_newcomers(hub: Bus, run: RunConfig) -> None:
     # A recorder elsewhere writes where it was started, and a page elsewhere has its own secret.
     log = str(Path("runs", Path(run.log).name)) if run.log else ""
     public = msgspec.structs.replace(run, web_token="", log=log)
-    hub.serve(topics.RUN, lambda _request: public)
     hub.serve(topics.CLOCK, lambda _request: ClockReading(stamp_ns=clock.now_ns()))
     hub.serve(topics.ACCESS, lambda request: access_of(hub.name_of(request.session)))
+    # Last, because who joins asks it first.
+    hub.serve(topics.RUN, lambda _request: public)
 
 
 def find_run(link: Link, realm: str, timeout_ms: int = 8000) -> RunConfig:
@@ -83,14 +87,22 @@ def find_run(link: Link, realm: str, timeout_ms: int = 8000) -> RunConfig:
         NotAllowedError: it answers nothing to who has this certificate.
     """
     with Bus.client(link.endpoint, realm, ANY_ROBOT, timeout_ms, link.identity) as bus:
-        try:
-            return bus.ask(topics.RUN, RunRequest(stamp_ns=clock.now_ns()))
-        except NoAnswerError as error:
-            name = link.identity.name if link.identity else "nobody"
-            raise NotAllowedError(
-                f"the hub at {link.endpoint} answers nothing in realm {realm!r} to {name!r}; "
-                "it may be for another realm (--realm), or know no such role"
-            ) from error
+        deadline = time.monotonic() + _hub_starts_s
+        while True:
+            try:
+                return bus.ask(topics.RUN, RunRequest(stamp_ns=clock.now_ns()))
+            except NoAnswerError as error:
+                if time.monotonic() > deadline:
+                    raise NotAllowedError(_silent(link, realm)) from error
+                time.sleep(0.1)
+
+
+def _silent(link: Link, realm: str) -> str:
+    name = link.identity.name if link.identity else "nobody"
+    return (
+        f"the hub at {link.endpoint} answers nothing in realm {realm!r} to {name!r}; "
+        "it may be for another realm (--realm), or know no such role"
+    )
 
 
 def ask_access(bus: Bus) -> Access:
