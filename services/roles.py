@@ -17,7 +17,6 @@ HUB = "hub"
 """Name in the hub's own certificate; nobody connects with it."""
 LOCAL = "local"
 """Who connects from the hub's own machine, as the user who started it: may do everything."""
-_of_every_service = (topics.HEARTBEAT, topics.FAULT)
 _never_on_the_wire = (topics.TICK,)
 """Every process has a clock of its own."""
 
@@ -32,29 +31,36 @@ class Role:
 
     name: str
     purpose: str
-    services: tuple[str, ...] = ()
+    services: tuple[str, ...]
     needed: bool = False
     """Whether no instruction is followed without its services."""
-    sees: tuple[str, ...] = ()
-    """Services whose inputs it may hear although it runs none of them."""
 
     @property
     def publishes(self) -> Topics:
         """Topics that it may publish."""
-        own = [topic for name in self.services for topic in process_named(name).publishes]
-        return _in_table_order([*own, *(_of_every_service if self.services else ())])
+        own = [topic for process in self._processes for topic in process.publishes]
+        return _in_table_order([*own, *self._of_supervision])
 
     @property
     def listens(self) -> Topics:
         """Topics that it may subscribe to; it gets the last values of these and of its own."""
         heard = [
             topic
-            for name in (*self.services, *self.sees)
-            for topic in process_named(name).listens
+            for process in self._processes
+            for topic in process.listens
             if topic not in _never_on_the_wire
         ]
-        # Who supervises services has to hear whether they live.
-        return _in_table_order([*heard, *(_of_every_service if self.services else ())])
+        return _in_table_order([*heard, *self._of_supervision])
+
+    @property
+    def _processes(self) -> list[Process]:
+        return [process_named(name) for name in self.services]
+
+    @property
+    def _of_supervision(self) -> Topics:
+        """Services say that they live, and who supervises them on their machine has to hear it."""
+        guests_alone = all(process.guest for process in self._processes)
+        return () if guests_alone else (topics.HEARTBEAT, topics.FAULT)
 
 
 ROLES: tuple[Role, ...] = (
@@ -71,7 +77,7 @@ ROLES: tuple[Role, ...] = (
         needed=True,
     ),
     Role("operator", "a person who instructs and stops, and the page for that", ("web",)),
-    Role("viewer", "sees what the operator sees and can say nothing", sees=("web",)),
+    Role("viewer", "sees what the operator sees and can say nothing", ("viewer",)),
     Role("recorder", "hears everything and writes it down", ("recorder",)),
 )
 
@@ -96,7 +102,7 @@ def services_of(role: str, run: RunConfig) -> list[Process]:
         UnknownRoleError: there is no such role.
     """
     processes = [process_named(name) for name in role_named(role).services]
-    return [process for process in processes if process.takes_part(run)]
+    return [process for process in processes if process.takes_part(run) or process.guest]
 
 
 def _in_table_order(chosen: list[Topic[Any]]) -> Topics:

@@ -31,6 +31,7 @@ def hub(
     realm: str = "default",
     detector: tuple[Path, ...] = (),
     classes: tuple[Path, ...] = (),
+    settings: bool = False,
 ) -> int:
     """Be what the machines of a system connect to, until Ctrl-C.
 
@@ -49,6 +50,7 @@ def hub(
         realm: isolates parallel systems.
         detector: ONNX files of other networks that find objects; several work as one.
         classes: a file with the class names of each, where they do not say them themselves.
+        settings: print Zenoh's settings with the access rules, as JSON, and start nothing.
     """
     from robots.catalogue import get_robot
     from services.runtime.link import read_identity
@@ -56,6 +58,9 @@ def hub(
 
     get_robot(robot)
     identity = _hub_identity(read_identity(tls)) if tls else None
+    endpoints = _endpoints(listen, identity)
+    if settings:
+        return _print_settings(endpoints, identity, realm, robot)
     detectors, detector_classes = chosen(detector, classes)
     run = RunConfig(
         robot=robot,
@@ -72,7 +77,6 @@ def hub(
     if "robot" in names:
         _require_world(run)
     run = prepared(run, Path("runs"), web="web" in names, record=not no_record)
-    endpoints = _endpoints(listen, identity)
     system = System(
         run, say, here, elsewhere=_elsewhere(here, run), listen=endpoints, identity=identity
     )
@@ -111,7 +115,8 @@ def service(
     else:
         link = Link.to(connect, tls)
         run = read_settings(config) if config else find_run(link, realm)
-    if len(processes) == 1:
+    processes = processes or _of_certificate(link, run)
+    if len(processes) == 1 and (name or processes[0].guest):
         run_process(processes[0], run, link)
         return 0
     return _serve_outpost(run, processes, link)
@@ -156,6 +161,18 @@ def certs(
     return _tell(issued, json)
 
 
+def _print_settings(
+    endpoints: tuple[str, ...], identity: "Identity | None", realm: str, robot: str
+) -> int:
+    from services.runtime.link import Listen
+    from services.runtime.run_directory import RunDirectory
+    from services.runtime.wire import hub_settings
+
+    listen = Listen((RunDirectory.of(realm).endpoint, *endpoints), identity)
+    print_json(hub_settings(listen, realm, robot))
+    return 0
+
+
 def _hub_identity(identity: "Identity") -> "Identity":
     if identity.name != HUB:
         raise UserError(
@@ -189,16 +206,17 @@ def _announce(run: RunConfig) -> None:
     print(f"ready: {page_address(run) or 'no page here'}", flush=True)
 
 
+def _of_certificate(link: "Link", run: RunConfig) -> list[Process]:
+    if link.identity is None:
+        raise UserError("name a service, or give --connect and --tls: the role says which")
+    return services_of(link.identity.name, run)
+
+
 def _serve_outpost(run: RunConfig, processes: list[Process], link: "Link") -> int:
     from services.runtime.outpost import Outpost
     from services.runtime.system import stop_on_signals
 
-    if not processes and link.identity is None:
-        raise UserError("name a service, or give --connect and --tls: the role says which")
     role = link.identity.name if link.identity else "services"
-    processes = processes or services_of(role, run)
-    if not processes:
-        raise UserError(f"role {role!r} runs no services; it is for looking: 'incognita status'")
     outpost = Outpost(run, processes, link, role, say)
     stop_on_signals(outpost.stop_requested)
     say(f"starting {', '.join(process.name for process in processes)} for {link.endpoint} ...")

@@ -139,7 +139,8 @@ def require_access_for(process: Process, access: Access) -> None:
     Raises:
         NotAllowedError: the hub would refuse some of what it needs without a word.
     """
-    says = (*process.publishes, topics.HEARTBEAT, topics.FAULT)
+    health = () if process.guest else (topics.HEARTBEAT, topics.FAULT)
+    says = (*process.publishes, *health)
     require_access(access, process.name, _keys(says), _keys(process.listens) - _never_sent)
 
 

@@ -37,12 +37,11 @@ class NoAnswerError(MissingComponentError):
     """A query was not answered in time, or the answer was a refusal."""
 
 
-def configuration(
+def session_settings(
     mode: str, *, listen: Iterable[str] = (), connect: Iterable[str] = (), timeout_ms: int = 8000
-) -> zenoh.Config:
-    """Settings for a session that is invisible beyond its endpoints."""
-    config = zenoh.Config()
-    settings: dict[str, Any] = {
+) -> dict[str, Any]:
+    """Zenoh's settings for a session that is invisible beyond its endpoints."""
+    return {
         "mode": mode,
         "listen/endpoints": list(listen),
         "connect/endpoints": list(connect),
@@ -61,10 +60,17 @@ def configuration(
         "transport/link/tx/queue/size/real_time": 16,
         "transport/link/tx/queue/size/data_high": 16,
     }
-    return _insert(config, settings)
 
 
-def _insert(config: zenoh.Config, settings: Mapping[str, Any]) -> zenoh.Config:
+def hub_settings(listen: Listen, realm: str, robot: str) -> dict[str, Any]:
+    """Zenoh's settings for the hub of one realm."""
+    session = session_settings("router", listen=listen.endpoints)
+    return {**session, **listen.settings(realm, robot)}
+
+
+def configuration(settings: Mapping[str, Any]) -> zenoh.Config:
+    """Settings in the form that a session is opened with."""
+    config = zenoh.Config()
     for key, value in settings.items():
         config.insert_json5(key, json.dumps(value))
     return config
@@ -80,7 +86,8 @@ class Bus:
         try:
             self._session = zenoh.open(config)
         except zenoh.ZError as error:
-            raise NoSystemError(f"cannot reach the hub: {error}") from error
+            why = str(error).partition(" at /")[0]
+            raise NoSystemError(f"cannot reach the hub: {why}") from error
         self._realm, self._robot = realm, robot
         self._publisher = secrets.randbits(63)
         self._sequences: dict[str, int] = {}
@@ -103,9 +110,9 @@ class Bus:
             NoSystemError: nobody listens there within the timeout, or lets us in.
         """
         link = Link(endpoint, identity)
-        config = configuration("client", connect=[link.endpoint], timeout_ms=timeout_ms)
+        session = session_settings("client", connect=[link.endpoint], timeout_ms=timeout_ms)
         try:
-            return cls(_insert(config, link.settings()), realm, robot)
+            return cls(configuration({**session, **link.settings()}), realm, robot)
         except NoSystemError as error:
             raise NoSystemError(f"{error}{link.why_not()}") from error
 
@@ -131,8 +138,7 @@ class Bus:
             EndpointError: an endpoint is none, or needs an identity, or would be open to all.
         """
         listen = Listen((endpoint, *also), identity)
-        config = configuration("router", listen=listen.endpoints)
-        return cls(_insert(config, listen.settings(realm, robot)), realm, robot)
+        return cls(configuration(hub_settings(listen, realm, robot)), realm, robot)
 
     def __enter__(self) -> "Bus":
         return self

@@ -169,10 +169,24 @@ class Worker:
 
     def _publish(self, outputs: Iterable[Output]) -> None:
         for output in outputs:
-            self._bus.publish(output)
+            if self._process.guest:
+                self._refuse(output)
+            else:
+                self._bus.publish(output)
+
+    def _refuse(self, output: Output) -> None:
+        """The hub would do it without a word; the node is told, so that it can show it."""
+        fault = Fault(
+            stamp_ns=clock.now_ns(),
+            node=self._process.name,
+            what="only looks",
+            detail=f"{output.topic.key} was not sent",
+        )
+        if topics.FAULT in self._handlers:
+            self._handlers[topics.FAULT](fault)
 
     def _beat_if_due(self) -> None:
-        if self._beat.due() and not self._stepped:
+        if self._beat.due() and not (self._stepped or self._process.guest):
             offset_ms = self._clock_watch.offset_ms if self._clock_watch else 0.0
             self._bus.publish(topics.HEARTBEAT.of(self._health.beat(self._mailbox, offset_ms)))
             if isinstance(self._node, Tap):
@@ -183,7 +197,7 @@ class Worker:
             fault = Fault(
                 stamp_ns=clock.now_ns(), node=self._process.name, what=what, detail=detail[:500]
             )
-            self._bus.publish(topics.FAULT.of(fault))
+            self._publish([topics.FAULT.of(fault)])
 
 
 class HealthMeter:

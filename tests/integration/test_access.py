@@ -30,7 +30,7 @@ from services.runtime.joining import (
 from services.runtime.link import Link
 from services.runtime.mailbox import Sample
 from services.runtime.system import free_port
-from services.runtime.wire import Bus, NoAnswerError, NoSystemError, configuration
+from services.runtime.wire import Bus, NoAnswerError, NoSystemError, configuration, session_settings
 
 realm, robot = "test", "husky"
 run = RunConfig(realm=realm, robot=robot, web_token="secret", log="/elsewhere/a.mcap")
@@ -163,14 +163,8 @@ def test_clocks_of_one_machine_agree_and_a_wrong_one_is_refused(
 
 
 def zenoh_session(certs: Path, mode: str, endpoint: str, role: str) -> zenoh.Session:
-    config = configuration(mode, connect=[endpoint], timeout_ms=2000)
-    for key, value in Link.to(endpoint, certs / role).settings().items():
-        config.insert_json5(key, zenoh_json(value))
-    return zenoh.open(config)
-
-
-def zenoh_json(value: object) -> str:
-    return str(value).lower() if isinstance(value, bool) else f'"{value}"'
+    settings = session_settings(mode, connect=[endpoint], timeout_ms=2000)
+    return zenoh.open(configuration({**settings, **Link.to(endpoint, certs / role).settings()}))
 
 
 @pytest.mark.parametrize("mode", ["peer", "router"])
@@ -224,9 +218,9 @@ def test_a_revoked_certificate_does_not_connect(tmp_path: Path) -> None:
 
 def test_without_a_certificate_nobody_gets_in(hub: Bus, endpoint: str) -> None:
     for address in (endpoint, endpoint.replace("tls/", "tcp/")):
-        config = configuration("client", connect=[address], timeout_ms=1000)
+        settings = session_settings("client", connect=[address], timeout_ms=1000)
         with pytest.raises(zenoh.ZError):
-            zenoh.open(config)
+            zenoh.open(configuration(settings))
 
 
 def test_on_its_own_machine_the_hubs_user_may_do_everything(certs: Path, tmp_path: Path) -> None:
