@@ -29,13 +29,14 @@ class Host:
     folder: Path
     """Its temporary files; short, because the path of a socket may not be long."""
 
-    def start(self, *command: str) -> subprocess.Popen[str]:
+    def start(self, *command: str, stdin: int | None = None) -> subprocess.Popen[str]:
         """A program on it."""
         inside = ["ip", "netns", "exec", self.namespace, "unshare", "--uts", "sh", "-c", enter]
         return subprocess.Popen(
             [*inside, "sh", self.name, *command],
             cwd=self.folder,
             env={**os.environ, "PYTHONPATH": str(root), "TMPDIR": str(self.folder)},
+            stdin=stdin,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

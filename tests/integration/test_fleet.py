@@ -117,6 +117,30 @@ def test_a_viewer_sees_and_cannot_drive(fleet: Fleet) -> None:
     assert code == 0, said
 
 
+def test_a_viewers_page_comes_up_and_says_nothing_to_the_others(fleet: Fleet) -> None:
+    page = fleet.stranger.incognita("service", *fleet.to_hub("viewer"))
+    try:
+        assert page.stdout is not None
+        assert "web: page at http://127.0.0.1:" in page.stdout.readline()
+        assert fleet.stranger.open_ports() == set()
+        _, said = fleet.verb(fleet.operator, "viewer", "status", "--json")
+        names = [row["name"] for row in json.loads(said.splitlines()[-1])["services"]]
+        assert "viewer" not in names
+    finally:
+        page.send_signal(signal.SIGINT)
+        page.communicate(timeout=15)
+    assert page.returncode == 0
+
+
+@pytest.mark.parametrize("role", ["compute", "viewer"])
+def test_the_doctor_says_how_the_hub_sees_a_machine(fleet: Fleet, role: str) -> None:
+    code, said = fleet.verb(fleet.operator, role, "doctor", "--json")
+    checks = {check["name"]: check for check in json.loads(said.splitlines()[-1])["checks"]}
+    assert code == 0, said
+    assert list(checks) == ["identity", "hub", "access", "clock", "services"]
+    assert ("nothing" in checks["access"]["detail"]) == (role == "viewer")
+
+
 def test_the_wrong_certificate_runs_no_service(fleet: Fleet) -> None:
     code, said = fleet.verb(fleet.stranger, "viewer", "service", "navigation")
     assert code == 2, said
