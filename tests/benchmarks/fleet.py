@@ -1,8 +1,8 @@
 """What mutual TLS between machines adds to a message: `python -m tests.benchmarks.fleet`.
 
 A goal goes from the machine that computes to the robot, which answers with its status, over the
-hub; beside it the same two services on the hub's machine, as with `incognita up`. Needs root: the
-machines are network namespaces.
+hub; beside it the same two ends on the hub's machine, over its unix socket, as with `incognita up`,
+and over loopback. Needs root: the machines are network namespaces.
 """
 
 import json
@@ -26,6 +26,7 @@ from tests.benchmarks.rows import quantile, quantile_interval
 from tests.hosts import Host, hosts
 
 REALM, ROBOT = "bench", "husky"
+PLAIN, SEVERAL = "one machine, TCP", "three machines, mutual TLS"
 _payload = bytes(100)
 _turns, _rounds, _warm_up = 50, 80, 50
 _patience_s = 5.0
@@ -106,16 +107,19 @@ def measure() -> dict[str, list[float]]:
 
         certs = middle.folder / "certs"
         make(certs, [middle.address], days=1)
-        sockets = [f"unixsock-stream/{middle.folder}/{name}.sock" for name in ("plain", "tls")]
-        apart = f"tls/{middle.address}:7447"
-        # As `incognita up` has it, and as `incognita hub --tls` has it.
-        program(middle, "hub", sockets[0])
-        program(middle, "hub", sockets[1], apart, str(certs / "hub"))
-        program(middle, "echo", sockets[0])
+        unix, *others = [f"unixsock-stream/{middle.folder}/{name}.sock" for name in "abc"]
+        loopback, apart = "tcp/127.0.0.1:7448", f"tls/{middle.address}:7447"
+        # A hub for each, or all would answer the same goals. The first is that of `incognita up`.
+        program(middle, "hub", unix)
+        program(middle, "hub", others[0], loopback)
+        program(middle, "hub", others[1], apart, str(certs / "hub"))
+        program(middle, "echo", unix)
+        program(middle, "echo", loopback)
         program(robot, "echo", apart, str(certs / "robot"))
         pinging = {
-            "one machine": program(middle, "ping", sockets[0]),
-            "three machines": program(compute, "ping", apart, str(certs / "compute")),
+            "one machine, unix socket": program(middle, "ping", unix),
+            PLAIN: program(middle, "ping", loopback),
+            SEVERAL: program(compute, "ping", apart, str(certs / "compute")),
         }
         trips: dict[str, list[float]] = {name: [] for name in pinging}
         for ping in pinging.values():
@@ -136,8 +140,8 @@ def main() -> None:
             f"{name}: p50 {quantile(one_way):.3f} ms ({low:.3f} .. {high:.3f}), "
             f"p99 {quantile(one_way, 0.99):.3f} ms one way, {len(one_way)} messages"
         )
-    added = quantile(trips["three machines"]) / 2 - quantile(trips["one machine"]) / 2
-    print(f"added by three machines: p50 {added:.3f} ms one way ({machine_description()})")
+    added = (quantile(trips[SEVERAL]) - quantile(trips[PLAIN])) / 2
+    print(f"added to TCP by mutual TLS and rules: p50 {added:.3f} ms ({machine_description()})")
 
 
 if __name__ == "__main__":
