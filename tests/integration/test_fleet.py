@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Generator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -30,10 +31,9 @@ class Fleet:
         self.endpoint = f"tls/{self.robot.address}:7447"
         self.started: list[subprocess.Popen[str]] = []
 
-    def start(self, host: Host, *arguments: str) -> subprocess.Popen[str]:
-        process = host.incognita(*arguments)
-        self.started.append(process)
-        return process
+    def hub(self) -> subprocess.Popen[str]:
+        folder = str(self.certs / "hub")
+        return self.robot.incognita("hub", "--tls", folder, "--role", "robot", "--seed", "4")
 
     def to_hub(self, role: str) -> list[str]:
         return ["--connect", self.endpoint, "--tls", str(self.certs / role)]
@@ -54,9 +54,10 @@ def fleet() -> Generator[Fleet]:
         certs = machines[0].folder.parent / "certs"
         make(certs, [machines[0].address], days=1)
         made = Fleet(machines, certs)
-        hub = ["hub", "--tls", str(certs / "hub"), "--role", "robot", "--seed", "4"]
-        made.start(made.robot, *hub)
-        made.start(made.compute, "service", *made.to_hub("compute"))
+        made.started = [
+            made.hub(),
+            made.compute.incognita("service", *made.to_hub("compute")),
+        ]
         try:
             eventually(lambda: ready(made), 180, "all services on both machines ready")
             yield made
@@ -72,6 +73,16 @@ def ready(fleet: Fleet) -> bool:
         assert process.poll() is None, process.communicate()[0]
     code, said = fleet.verb(fleet.operator, "viewer", "status", "--json")
     return code == 0 and json.loads(said.splitlines()[-1])["ready"]
+
+
+def services(fleet: Fleet) -> dict[str, dict[str, Any]]:
+    code, said = fleet.verb(fleet.operator, "viewer", "status", "--json")
+    assert code == 0, said
+    return {row["name"]: row for row in json.loads(said.splitlines()[-1])["services"]}
+
+
+def service(fleet: Fleet, name: str) -> dict[str, Any]:
+    return services(fleet)[name]
 
 
 def eventually(condition: Callable[[], bool], seconds: float, what: str) -> None:
@@ -123,9 +134,7 @@ def test_a_viewers_page_comes_up_and_says_nothing_to_the_others(fleet: Fleet) ->
         assert page.stdout is not None
         assert "web: page at http://127.0.0.1:" in page.stdout.readline()
         assert fleet.stranger.open_ports() == set()
-        _, said = fleet.verb(fleet.operator, "viewer", "status", "--json")
-        names = [row["name"] for row in json.loads(said.splitlines()[-1])["services"]]
-        assert "viewer" not in names
+        assert "viewer" not in services(fleet)
     finally:
         page.send_signal(signal.SIGINT)
         page.communicate(timeout=15)
@@ -151,11 +160,17 @@ def test_an_instruction_succeeds_with_everything_apart(fleet: Fleet) -> None:
     code, said = fleet.verb(fleet.operator, "operator", "say", text, "--wait")
     assert code == 0, said
     assert "goal confirmed" in said
-    _, status = fleet.verb(fleet.operator, "operator", "status", "--json")
-    rows = {row["name"]: row for row in json.loads(status.splitlines()[-1])["services"]}
-    assert rows["navigation"]["host"] == "robot"
-    assert rows["policy"]["host"] == "compute"
-    assert all(row["restarts"] == 0 for row in rows.values())
+    assert service(fleet, "navigation")["host"] == "robot"
+    assert service(fleet, "policy")["host"] == "compute"
+
+
+def test_the_hub_dies_and_returns_and_the_others_rejoin_by_themselves(fleet: Fleet) -> None:
+    pid = service(fleet, "policy")["pid"]
+    fleet.started[0].kill()
+    fleet.started[0].communicate(timeout=15)
+    fleet.started[0] = fleet.hub()
+    eventually(lambda: ready(fleet), 120, "ready again")
+    assert service(fleet, "policy")["pid"] == pid, "nobody else had to be started again"
 
 
 def test_the_robots_machine_says_when_the_other_is_gone(fleet: Fleet) -> None:
@@ -164,8 +179,7 @@ def test_the_robots_machine_says_when_the_other_is_gone(fleet: Fleet) -> None:
     compute.communicate(timeout=15)
 
     def away() -> bool:
-        _, said = fleet.verb(fleet.operator, "operator", "status", "--json")
-        rows = {row["name"]: row for row in json.loads(said.splitlines()[-1])["services"]}
-        return rows["policy"]["state"] == "away" and rows["navigation"]["state"] == "running"
+        states = [service(fleet, name)["state"] for name in ("policy", "navigation")]
+        return states == ["away", "running"]
 
     eventually(away, 30, "said to be away")

@@ -49,10 +49,10 @@ def test_a_role_cannot_pretend_to_be_a_hub_nor_issue_certificates(folder: Path) 
     for name in names:
         issued = certificate(folder, name)
         purposes = list(issued.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value)
-        wanted = ExtendedKeyUsageOID.SERVER_AUTH if name == "hub" else "1.3.6.1.5.5.7.3.2"
-        assert [purpose.dotted_string for purpose in purposes] == [
-            getattr(wanted, "dotted_string", wanted)
-        ]
+        wanted = (
+            ExtendedKeyUsageOID.SERVER_AUTH if name == "hub" else ExtendedKeyUsageOID.CLIENT_AUTH
+        )
+        assert purposes == [wanted]
         assert not issued.extensions.get_extension_for_class(x509.BasicConstraints).value.ca
 
 
