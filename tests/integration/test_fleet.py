@@ -52,7 +52,7 @@ class Fleet:
 def fleet() -> Generator[Fleet]:
     with hosts("robot", "compute", "operator", "stranger") as machines:
         certs = machines[0].folder.parent / "certs"
-        make(certs, [machines[0].address], days=1)
+        make(certs, [machines[0].address], days=90)
         made = Fleet(machines, certs)
         made.started = [
             made.hub(),
