@@ -55,6 +55,15 @@ class Host:
             process.kill()
         return process.returncode, output
 
+    @contextmanager
+    def unplugged(self) -> Generator[None]:
+        """Without a network while the block runs."""
+        _ip(self.namespace, "link set eth0 down")
+        try:
+            yield
+        finally:
+            _ip(self.namespace, "link set eth0 up")
+
     def open_ports(self) -> set[int]:
         """Ports on which anything listens for others than this machine itself."""
         _, text = self.run("cat", "/proc/net/tcp", "/proc/net/tcp6", "/proc/net/udp")

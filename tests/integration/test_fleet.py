@@ -164,6 +164,18 @@ def test_an_instruction_succeeds_with_everything_apart(fleet: Fleet) -> None:
     assert service(fleet, "policy")["host"] == "compute"
 
 
+def test_services_outlive_a_link_that_is_cut(fleet: Fleet) -> None:
+    before = services(fleet)
+    with fleet.compute.unplugged():
+        eventually(lambda: service(fleet, "policy")["state"] == "away", 30, "said to be away")
+        time.sleep(5.0)
+    eventually(lambda: service(fleet, "policy")["state"] == "running", 30, "back")
+    after = services(fleet)
+    assert {n: row["pid"] for n, row in after.items()} == {
+        n: row["pid"] for n, row in before.items()
+    }
+
+
 def test_the_hub_dies_and_returns_and_the_others_rejoin_by_themselves(fleet: Fleet) -> None:
     pid = service(fleet, "policy")["pid"]
     fleet.started[0].kill()
