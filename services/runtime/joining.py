@@ -33,8 +33,8 @@ CLOCK_BOUND_S = 0.1
 """Commands expire after half a second, so clocks must agree on far less [s]."""
 _readings = 8
 _patience_s = 4.0
-"""A hub that has just opened its port does not answer yet, nor does one that a cut link holds up
-until the lease of 2 s is over [s]."""
+"""A hub that has just opened its port does not answer yet, and one of whose links was just cut
+answers late [s]."""
 _never_sent = {topics.TICK.key}
 
 
