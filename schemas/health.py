@@ -29,6 +29,10 @@ class Heartbeat(Struct, frozen=True, kw_only=True):
     """Messages that did not decode, or whose handler refused them."""
     handler_ms: float
     """Mean time in a handler over the last second [ms]."""
+    host: str = ""
+    """Name of the machine that the process runs on."""
+    clock_offset_ms: float = 0.0
+    """Of that machine's clock against the hub's, as last measured; ahead is positive [ms]."""
 
 
 class Fault(Struct, frozen=True, kw_only=True):
@@ -50,6 +54,8 @@ class ServiceState(StrEnum):
     RESTARTING = "restarting"
     FAILED = "failed"
     STOPPED = "stopped"
+    AWAY = "away"
+    """Runs on another machine, and is not heard."""
 
 
 class ServiceHealth(Struct, frozen=True, kw_only=True):
@@ -68,6 +74,10 @@ class ServiceHealth(Struct, frozen=True, kw_only=True):
     replaced: int
     malformed: int
     detail: str
+    host: str = ""
+    """Where it runs."""
+    clock_offset_ms: float = 0.0
+    """Of its machine's clock against the hub's [ms]."""
 
 
 class SystemStatus(Struct, frozen=True, kw_only=True):

@@ -9,10 +9,12 @@ from msgspec import Struct
 
 from schemas.belief import MapBelief, OccupancyGrid
 from schemas.errors import UserError
+from schemas.fleet import Access, AccessRequest, ClockReading, ClockRequest, RunRequest
 from schemas.health import Fault, Heartbeat, StatusRequest, SystemStatus, Tick
 from schemas.language import Annotations, Answer, Behaviors, Instruction
 from schemas.motion import BaseCommand, DriverCheckpoint, StopLatch
 from schemas.perception import Bodies, Detections, Fiducials, Focus, SceneObservation
+from schemas.run import RunConfig
 from schemas.sensing import JointState, LaserScan, Odometry, RgbdFrame
 from schemas.task import CancelRequest, Decision, Goal, GoalStatus, InstructionStatus
 
@@ -136,6 +138,11 @@ ALL_TOPICS: tuple[Topic[Any], ...] = (
 )
 
 STATUS = Query("query/status", StatusRequest, SystemStatus)
+RUN = Query("query/run", RunRequest, RunConfig)
+CLOCK = Query("query/clock", ClockRequest, ClockReading)
+ACCESS = Query("query/access", AccessRequest, Access)
+
+ALL_QUERIES: tuple[Query[Any, Any], ...] = (STATUS, RUN, CLOCK, ACCESS)
 
 
 class UnknownTopicError(UserError):
@@ -153,6 +160,15 @@ def topic_named(key: str) -> Topic[Any]:
             return topic
     valid = ", ".join(topic.key for topic in ALL_TOPICS)
     raise UnknownTopicError(f"unknown topic {key!r}; topics are: {valid}")
+
+
+LAST, READY = "last", "ready"
+"""First parts of the keys below which last values are asked for, and services say they are there.
+
+Both are followed by a name: `last/<topic>`, `ready/<service>`.
+"""
+ANY_ROBOT = "*"
+"""For asking the hub of a realm which robot it is for."""
 
 
 def full_key(realm: str, robot: str, key: str) -> str:

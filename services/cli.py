@@ -34,7 +34,15 @@ class Verb:
 VERBS: dict[str, Verb] = {
     "up": Verb("system:up", "start the robot, all services, the page and the recorder", "up"),
     "demo": Verb("system:demo", "start with a prepared world and instruction", "demo hydrant"),
-    "service": Verb("system:service", "run one service in the foreground", "service mapping"),
+    "service": Verb("fleet:service", "run one service in the foreground", "service mapping"),
+    "hub": Verb(
+        "fleet:hub", "what several machines connect to", "hub --tls certs/hub --role robot"
+    ),
+    "certs": Verb(
+        "fleet:certs",
+        "certificates for several machines",
+        "certs make certs --host robot.local 10.0.0.1",
+    ),
     "say": Verb("talk:say", "send an instruction to a running system", 'say "go to the cone"'),
     "answer": Verb("talk:answer", "answer the question that is open", 'answer "a cone"'),
     "cancel": Verb("talk:cancel", "drop the instruction", "cancel"),

@@ -33,6 +33,9 @@ class Process:
     """Whether the process takes part where no person watches."""
     needs_places: bool = False
     """Whether the process only runs for robots that have words for places."""
+    guest: bool = False
+    """Whether the process is started by hand beside a run. It says nothing to the others, not even
+    that it lives, so that who only looks needs no right to speak."""
     purpose: str = ""
 
     def takes_part(self, run: RunConfig) -> bool:
@@ -41,11 +44,36 @@ class Process:
         Raises:
             UnknownRobotError: the run names no robot that there is.
         """
+        if self.guest:
+            return False
         if self.name in ("camera", "robot"):
             # Pictures from outside have no robot that drives through them.
             return bool(run.camera) == (self.name == "camera")
         return not self.needs_places or bool(get_robot(run.robot).symbols.locations)
 
+
+_shown: Topics = (
+    topics.STOP,
+    topics.TICK,
+    topics.ODOMETRY,
+    topics.JOINT_STATE,
+    topics.SCAN,
+    topics.RGBD,
+    topics.INSTRUCTION,
+    topics.ANSWER,
+    topics.ANNOTATIONS,
+    topics.DETECTIONS,
+    topics.FOCUS,
+    topics.GRID,
+    topics.BELIEF,
+    topics.DECISION,
+    topics.GOAL,
+    topics.GOAL_STATUS,
+    topics.INSTRUCTION_STATUS,
+    topics.FAULT,
+    topics.SYSTEM_STATUS,
+)
+"""What the page shows."""
 
 PROCESSES: tuple[Process, ...] = (
     Process(
@@ -162,31 +190,21 @@ PROCESSES: tuple[Process, ...] = (
         name="web",
         node="web.node:WebNode",
         latency_ms=0.0,
-        listens=(
-            topics.STOP,
-            topics.TICK,
-            topics.ODOMETRY,
-            topics.JOINT_STATE,
-            topics.SCAN,
-            topics.RGBD,
-            topics.INSTRUCTION,
-            topics.ANSWER,
-            topics.ANNOTATIONS,
-            topics.DETECTIONS,
-            topics.FOCUS,
-            topics.GRID,
-            topics.BELIEF,
-            topics.DECISION,
-            topics.GOAL,
-            topics.GOAL_STATUS,
-            topics.INSTRUCTION_STATUS,
-            topics.FAULT,
-            topics.SYSTEM_STATUS,
-        ),
+        listens=_shown,
         publishes=(topics.INSTRUCTION, topics.ANSWER, topics.STOP, topics.CANCEL),
         tick_hz=10.0,
         lockstep=False,
         purpose="shows the belief and takes instructions",
+    ),
+    Process(
+        name="viewer",
+        node="web.node:WebNode",
+        latency_ms=0.0,
+        listens=_shown,
+        tick_hz=10.0,
+        lockstep=False,
+        guest=True,
+        purpose="shows the belief to who may not instruct",
     ),
 )
 

@@ -30,6 +30,7 @@ _state_marks: dict[ServiceState, tuple[str, Rgb]] = {
     ServiceState.HUNG: ("✕", markup.BAD),
     ServiceState.FAILED: ("✕", markup.BAD),
     ServiceState.STOPPED: ("✕", markup.QUIET),
+    ServiceState.AWAY: ("✕", markup.BAD),
 }
 _streams: tuple[tuple[str, Topic[Any]], ...] = (
     ("odometry", topics.ODOMETRY),

@@ -20,6 +20,7 @@ def record(out: Path | None = None, realm: str = "default") -> int:
     import msgspec
 
     from services.process_table import process_named
+    from services.runtime.link import Link
     from services.runtime.process import run_process
     from services.runtime.run_directory import RunDirectory
     from services.runtime.system import log_path
@@ -28,7 +29,8 @@ def record(out: Path | None = None, realm: str = "default") -> int:
     target = out or log_path(info.run, Path("runs"))
     run = msgspec.structs.replace(info.run, log=str(target.resolve()))
     say(f"recording to {target}; end with Ctrl-C")
-    run_process(process_named("recorder"), run, info.endpoint)
+    link = Link.to(info.endpoint, Path(info.tls) if info.tls else None)
+    run_process(process_named("recorder"), run, link)
     return 0
 
 

@@ -10,33 +10,40 @@ from schemas import topics as topic_table
 from schemas.codec import as_builtins
 from schemas.health import SystemStatus
 from services.commands.output import print_json, print_table
+from services.commands.where import HERE, System
 from services.process_table import mermaid
+from services.roles import LOCAL
 
-_columns = ("service", "state", "pid", "age s", "handled", "busy", "ms", "lost", "replaced")
+_worth_saying_ms = 20
+_columns = ("service", "state", "host", "pid", "age s", "handled", "busy", "ms", "lost", "replaced")
 
 
-def status(json: bool = False, realm: str = "default") -> int:
+def status(json: bool = False, system: System = HERE) -> int:
     """Health of every service of a running system.
 
     Args:
         json: one JSON document on stdout.
-        realm: of the running system.
+        system: which one.
     """
-    from services.runtime.client import Client
-
-    with Client(realm) as client:
+    with system.client() as client:
         now = client.status()
+        access = client.access()
         address = client.info.address
     if json:
-        print_json({**as_builtins(now), "address": address})
+        print_json({**as_builtins(now), "address": address, "access": as_builtins(access)})
         return 0
     print(f"{now.robot} in {now.world}, realm {now.realm}: {'ready' if now.ready else 'starting'}")
     if address:
         print(f"page: {address}")
+    if access.role != LOCAL:
+        print(f"you are {access.role}: you may publish {', '.join(access.publishes) or 'nothing'}")
     print_table((*_columns, "bad", "restarts"), _health_rows(now))
     for row in now.services:
         if row.detail:
             print(f"{row.name}: {row.detail}")
+    for row in now.services:
+        if abs(row.clock_offset_ms) >= _worth_saying_ms:
+            print(f"{row.name}: the clock of {row.host} is {row.clock_offset_ms:+.0f} ms off")
     for fault in now.faults:
         print(f"fault: {fault.node}: {fault.what}: {fault.detail}")
     return 0
@@ -76,7 +83,7 @@ def watch(
     topic: Annotated[str, tyro.conf.Positional],
     json: bool = False,
     n: Annotated[int | None, tyro.conf.arg(aliases=["-n"])] = None,
-    realm: str = "default",
+    system: System = HERE,
 ) -> int:
     """Print messages of a running system.
 
@@ -84,12 +91,10 @@ def watch(
         topic: as in 'incognita topics'.
         json: one JSON document a line.
         n: end after so many messages.
-        realm: of the running system.
+        system: which one.
     """
-    from services.runtime.client import Client
-
     watched = topic_table.topic_named(topic)
-    with Client(realm) as client:
+    with system.client() as client:
         messages = _endless(client.watch(watched))
         for _, message in itertools.islice(messages, n):
             if json:
@@ -140,6 +145,7 @@ def _health_rows(now: SystemStatus) -> Iterator[tuple[object, ...]]:
         yield (
             row.name,
             row.state,
+            row.host,
             row.pid,
             f"{row.age_s:.1f}",
             row.handled,

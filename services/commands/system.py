@@ -12,7 +12,6 @@ from schemas.task import InstructionStatus, TaskState
 from services.commands.detectors import chosen
 from services.commands.exit_codes import of_status
 from services.commands.output import say
-from services.process_table import process_named
 
 DEMOS: dict[str, tuple[str, str, str]] = {
     "hydrant": ("husky", "hydrant", "go to the hydrant behind the cone"),
@@ -140,27 +139,6 @@ def demo(
         classes=classes,
         no_adaptive=no_adaptive,
     )
-
-
-def service(
-    name: Annotated[str, tyro.conf.Positional],
-    config: Path | None = None,
-    connect: str | None = None,
-) -> int:
-    """Run one service in the foreground.
-
-    Args:
-        name: as in 'incognita graph'.
-        config: file with the run's settings; without one those of the local default realm.
-        connect: the hub's endpoint; without one the local hub of the settings' realm.
-    """
-    from services.runtime.process import read_settings, run_process
-    from services.runtime.run_directory import RunDirectory
-
-    process = process_named(name)
-    run = read_settings(config or RunDirectory.of(RunConfig().realm).config_file)
-    run_process(process, run, connect or RunDirectory.of(run.realm).endpoint)
-    return 0
 
 
 def _require_pictures_of(camera: str) -> None:

@@ -13,6 +13,7 @@ from schemas.task import InstructionStatus, TaskState
 from services.commands import exit_codes
 from services.commands.output import print_json
 from services.commands.output import say as tell
+from services.commands.where import HERE, System, Where
 
 if TYPE_CHECKING:
     from services.runtime.client import Subscription
@@ -32,7 +33,7 @@ def say(
     wait: bool = False,
     timeout: float = 300.0,
     json: bool = False,
-    realm: str = "default",
+    system: System = HERE,
     rewriter: str | None = None,
     rewriter_model: str = "default",
 ) -> int:
@@ -46,12 +47,12 @@ def say(
         wait: follow progress to the end.
         timeout: how long to follow [s].
         json: one JSON document on stdout.
-        realm: of the running system.
+        system: which one.
         rewriter: address of an OpenAI-compatible server, http://127.0.0.1:8080/v1, that is asked
             to say again in known words what the parser cannot complete; by default none is.
         rewriter_model: the model's name on that server.
     """
-    from services.runtime.client import Client, follow_instruction
+    from services.runtime.client import follow_instruction
 
     understood: list[Annotations] = []
 
@@ -67,7 +68,7 @@ def say(
         client.answer(input("answer: "), message.instruction_id)
         return False
 
-    with Client(realm) as client:
+    with system.client() as client:
         subscription = client.watch(topics.ANNOTATIONS, topics.INSTRUCTION_STATUS)
         if rewriter is not None:
             text = in_known_words(text, client.info.run.robot, rewriter, rewriter_model)
@@ -114,7 +115,7 @@ def answer(
     text: Annotated[str, tyro.conf.Positional],
     timeout: float = 10.0,
     json: bool = False,
-    realm: str = "default",
+    system: System = HERE,
 ) -> int:
     """Answer the question that is open, and show what is understood then.
 
@@ -122,13 +123,13 @@ def answer(
         text: the answer: an option, yes or no, a place, or the instruction in other words.
         timeout: how long to wait for the system to take it up [s].
         json: one JSON document on stdout.
-        realm: of the running system.
+        system: which one.
     """
-    from services.runtime.client import Client, follow_instruction
+    from services.runtime.client import follow_instruction
 
     understood: list[Annotations] = []
 
-    with Client(realm) as client:
+    with system.client() as client:
         subscription = client.watch(topics.ANNOTATIONS, topics.INSTRUCTION_STATUS)
         asked = _open_question(subscription)
 
@@ -198,42 +199,38 @@ def _wanted(message: Annotations) -> str:
     return f"{best.action} to {best.object}{tail}, {best.probability:.2f}"
 
 
-def cancel(realm: str = "default") -> int:
+def cancel(system: System = HERE) -> int:
     """Drop the instruction; the robot stays where it is.
 
     Args:
-        realm: of the running system.
+        system: which one.
     """
-    from services.runtime.client import Client
-
-    with Client(realm) as client:
+    with system.client() as client:
         client.cancel()
     tell("cancelled")
     return exit_codes.DONE
 
 
-def stop(realm: str = "default") -> int:
+def stop(system: System = HERE) -> int:
     """Stop all motion until 'incognita resume'.
 
     Args:
-        realm: of the running system.
+        system: which one.
     """
-    return _latch(realm, True, "stopped; release with 'incognita resume'")
+    return _latch(system, True, "stopped; release with 'incognita resume'")
 
 
-def resume(realm: str = "default") -> int:
+def resume(system: System = HERE) -> int:
     """Release the stop.
 
     Args:
-        realm: of the running system.
+        system: which one.
     """
-    return _latch(realm, False, "released")
+    return _latch(system, False, "released")
 
 
-def _latch(realm: str, stopped: bool, text: str) -> int:
-    from services.runtime.client import Client
-
-    with Client(realm) as client:
+def _latch(system: Where, stopped: bool, text: str) -> int:
+    with system.client() as client:
         client.latch_stop(stopped)
     tell(text)
     return exit_codes.DONE

@@ -5,7 +5,7 @@ import json
 import shutil
 import socket
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -172,7 +172,15 @@ def run_doctor(fix: bool, as_json: bool) -> int:
     """
     if fix:
         ensure_driver()
-    checks = [check() for check in CHECKS]
+    return tell([check() for check in CHECKS], as_json)
+
+
+def tell(checks: Sequence[Check], as_json: bool) -> int:
+    """Prints checks on standard output.
+
+    Returns:
+        The exit code: 0, or 5 if something needed is missing.
+    """
     healthy = all(check.ok for check in checks if check.needed)
     if as_json:
         print(json.dumps({"ok": healthy, "checks": [asdict(check) for check in checks]}))

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -9,27 +10,66 @@ from msgspec import Struct
 
 from schemas import topics
 from schemas.codec import MalformedMessageError, decode
+from schemas.fleet import Access
 from schemas.health import StatusRequest, SystemStatus
 from schemas.language import Annotations, Answer, Instruction
 from schemas.motion import StopLatch
 from schemas.task import CancelRequest, InstructionStatus, TaskState
 from schemas.topics import Topic
 from services.runtime import clock
+from services.runtime.joining import (
+    ClockOffset,
+    ask_access,
+    find_run,
+    measure_clock,
+    require_access,
+)
+from services.runtime.link import Link
 from services.runtime.mailbox import Sample
 from services.runtime.run_directory import RunDirectory, SystemInfo
 from services.runtime.wire import Bus
 
 _repeats = 3
+_timeout_ms = 2000
 _ready_timeout_s = 60.0
 
 
 class Client:
-    """Talks to the system of one realm. Use it as a context manager."""
+    """Talks to the system of one realm. Use it as a context manager.
 
-    def __init__(self, realm: str) -> None:
-        directory = RunDirectory.of(realm)
-        self.info: SystemInfo = directory.info()
-        self._bus = Bus.client(self.info.endpoint, realm, self.info.run.robot, timeout_ms=2000)
+    Args:
+        realm: of the system.
+        link: to a hub on another machine; without it the system is one on this machine.
+
+    Raises:
+        NotRunningError: no system runs in this realm on this machine.
+        NoSystemError: no hub at the other end, or it does not let us in.
+    """
+
+    def __init__(self, realm: str, link: Link | None = None) -> None:
+        self.info: SystemInfo = (
+            RunDirectory.of(realm).info() if link is None else _info_of(link, realm)
+        )
+        link = Link.to(self.info.endpoint, Path(self.info.tls) if self.info.tls else None)
+        run = self.info.run
+        self._bus = Bus.client(link.endpoint, run.realm, run.robot, _timeout_ms, link.identity)
+        self._is_local = link.identity is None
+
+    def access(self) -> Access:
+        """What the hub lets us do.
+
+        Raises:
+            NoAnswerError: the hub does not say.
+        """
+        return ask_access(self._bus)
+
+    def clock_offset(self) -> ClockOffset:
+        """How this machine's clock stands to the hub's.
+
+        Raises:
+            NoAnswerError: the hub does not say.
+        """
+        return measure_clock(self._bus)
 
     def __enter__(self) -> "Client":
         return self
@@ -47,6 +87,7 @@ class Client:
 
     def say(self, text: str, source: str = "cli") -> Instruction:
         """Send an instruction once the system is ready to hear it."""
+        self._require(topics.INSTRUCTION)
         self._wait_until_ready()
         stamp_ns = clock.now_ns()
         instruction = Instruction(
@@ -57,6 +98,7 @@ class Client:
 
     def answer(self, text: str, instruction_id: str = "", source: str = "cli") -> Answer:
         """Answer the question of an instruction; "" is whichever question is open."""
+        self._require(topics.ANSWER)
         answer = Answer(
             stamp_ns=clock.now_ns(), instruction_id=instruction_id, text=text, source=source
         )
@@ -65,6 +107,7 @@ class Client:
 
     def latch_stop(self, stopped: bool, source: str = "cli") -> None:
         """Stop all motion, or release the stop. Sent several times: it must arrive."""
+        self._require(topics.STOP)
         for _ in range(_repeats):
             latch = StopLatch(stamp_ns=clock.now_ns(), stopped=stopped, source=source)
             self._bus.publish(topics.STOP.of(latch))
@@ -72,17 +115,31 @@ class Client:
 
     def cancel(self, source: str = "cli") -> None:
         """Drop the instruction."""
+        self._require(topics.CANCEL)
         self._bus.publish(topics.CANCEL.of(CancelRequest(stamp_ns=clock.now_ns(), source=source)))
         time.sleep(0.05)
 
     def watch(self, *watched: Topic[Any]) -> "Subscription":
         """Messages of some topics from now on, state topics with their last value first."""
+        if not self._is_local:
+            require_access(self.access(), "watch", (), [topic.key for topic in watched])
         return Subscription(self._bus, watched)
+
+    def _require(self, topic: Topic[Any]) -> None:
+        """A hub elsewhere refuses without a word; here it is said."""
+        if not self._is_local:
+            require_access(self.access(), topic.key, [topic.key], ())
 
     def _wait_until_ready(self) -> None:
         deadline = time.monotonic() + _ready_timeout_s
         while not self.status().ready and time.monotonic() < deadline:
             time.sleep(0.1)
+
+
+def _info_of(link: Link, realm: str) -> SystemInfo:
+    tls = str(link.identity.folder) if link.identity else ""
+    run = find_run(link, realm, _timeout_ms)
+    return SystemInfo(pid=0, endpoint=link.endpoint, address="", log="", run=run, tls=tls)
 
 
 class Subscription:

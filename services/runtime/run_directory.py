@@ -38,6 +38,8 @@ class SystemInfo(msgspec.Struct, frozen=True, kw_only=True):
     log: str
     """File the run is recorded in; empty when it is not."""
     run: RunConfig
+    tls: str = ""
+    """Folder with the certificate to connect with; empty on the hub's own machine."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
-"""Starts the processes of the table, watches them, restarts what died or hung, stops all.
+"""Starts the processes of one machine, watches them, restarts what died or hung, stops all.
 
-It hosts the hub, keeps the last value of state topics for late joiners and answers `status`.
+Beside the hub it keeps the last value of state topics for late joiners, answers `status`, and keeps
+an eye on the services that other machines run.
 """
 
 import os
@@ -24,10 +25,12 @@ from schemas.health import (
     SystemStatus,
 )
 from schemas.run import RunConfig
-from services.process_table import Process
+from services.process_table import PROCESSES, Process
 from services.runtime import clock
+from services.runtime.joining import receive_newcomers
+from services.runtime.link import Link
 from services.runtime.mailbox import Mailbox, Sample
-from services.runtime.process import MISSING_COMPONENT
+from services.runtime.process import MISSING_COMPONENT, TLS_FLAG
 from services.runtime.run_directory import RunDirectory
 from services.runtime.wire import Bus
 
@@ -57,6 +60,8 @@ class Service:
     restarts: int = 0
     backoff_s: float = _backoff_first_s
     restart_at: float = 0.0
+    elsewhere: bool = False
+    """Whether another machine runs it."""
     ready: bool = False
     """Whether it has declared itself ready since it was started. A hung process loses its link,
     and with it the declaration, but it stays one that must show signs of life."""
@@ -72,24 +77,43 @@ class Service:
 
 
 class Supervisor:
-    """Owns the child processes of one system. All methods are called from one thread."""
+    """Owns the child processes of one machine. All methods are called from one thread.
+
+    Args:
+        run: settings of the run.
+        processes: what to run here.
+        directory: for the services' output and settings.
+        bus: the hub, or a connection to one elsewhere.
+        say: is told what happens.
+        elsewhere: what other machines must run; none of them may run anything if it is None.
+        link: how the services reach the hub; by default it is the directory's.
+    """
 
     def __init__(
         self,
         run: RunConfig,
         processes: Iterable[Process],
         directory: RunDirectory,
-        hub: Bus,
+        bus: Bus,
         say: Say,
+        *,
+        elsewhere: Iterable[Process] | None = None,
+        link: Link | None = None,
     ) -> None:
-        self._run, self._directory, self._hub, self._say = run, directory, hub, say
+        self._run, self._directory, self._bus, self._say = run, directory, bus, say
+        self._is_hub = link is None
+        self._link = link or Link(directory.endpoint)
         self._services = {process.name: Service(process) for process in processes}
+        self._takes_guests = elsewhere is not None
+        for process in elsewhere or ():
+            self._services[process.name] = Service(process, elsewhere=True)
         self._inbox = Mailbox([topics.HEARTBEAT, topics.FAULT])
         self._lock = threading.Lock()
         self._readiness: deque[tuple[str, bool]] = deque()
         self._faults: deque[Fault] = deque(maxlen=_kept_faults)
         self._status_rate = clock.Rate(_status_hz)
         self._was_ready = False
+        self._unlinked = 0.0
         self._status = self._current_status()
 
     @property
@@ -113,14 +137,17 @@ class Supervisor:
         return next(failed, None)
 
     def start(self) -> None:
-        """Start every process."""
-        self._hub.serve_last_values()
-        self._hub.subscribe(topics.HEARTBEAT, self._enqueue)
-        self._hub.subscribe(topics.FAULT, self._enqueue)
-        self._hub.watch_ready(lambda name, there: self._readiness.append((name, there)))
-        self._hub.serve(topics.STATUS, self._answer)
+        """Start every process of this machine."""
+        self._bus.subscribe(topics.HEARTBEAT, self._enqueue)
+        self._bus.subscribe(topics.FAULT, self._enqueue)
+        if self._is_hub:
+            self._bus.serve_last_values()
+            self._bus.watch_ready(lambda name, there: self._readiness.append((name, there)))
+            self._bus.serve(topics.STATUS, self._answer)
+            receive_newcomers(self._bus, self._run)
         for service in self._services.values():
-            self._launch(service)
+            if not service.elsewhere:
+                self._launch(service)
 
     def poll(self) -> None:
         """Look after everything once; call it some twenty times a second."""
@@ -128,8 +155,8 @@ class Supervisor:
         for service in self._services.values():
             self._look_after(service)
         self._status = self._current_status()
-        if self._status_rate.due():
-            self._hub.publish(topics.SYSTEM_STATUS.of(self._status))
+        if self._is_hub and self._status_rate.due():
+            self._bus.publish(topics.SYSTEM_STATUS.of(self._status))
 
     def stop(self) -> None:
         """End every process: a request first, then by force. Takes at most about 4 s."""
@@ -176,7 +203,8 @@ class Supervisor:
         config = str(self._directory.config_file)
         return [
             *(sys.executable, "-m", "services.runtime.process", service.name),
-            *(config, self._directory.endpoint),
+            *(config, self._link.endpoint),
+            *([f"{TLS_FLAG}{self._link.identity.folder}"] if self._link.identity else []),
         ]
 
     def _look_after(self, service: Service) -> None:
@@ -184,7 +212,9 @@ class Supervisor:
             return
         now = time.monotonic()
         child = service.child
-        if child is None:
+        if service.elsewhere:
+            self._listen_for(service, now)
+        elif child is None:
             if now >= service.restart_at:
                 self._launch(service)
         elif child.poll() is not None:
@@ -195,8 +225,22 @@ class Supervisor:
             self._say(f"{service.name} was not ready within {_ready_within_s:.0f} s: killed")
             child.kill()
 
+    def _listen_for(self, service: Service, now: float) -> None:
+        """Another machine's supervisor looks after it; here it is only told how it is."""
+        if not service.heard:
+            service.detail = "no machine has started it yet"
+        elif now - service.heard > _hung_after_s:
+            if service.state is ServiceState.RUNNING:
+                self._say(f"{service.name} is not heard any more")
+            service.state = ServiceState.AWAY
+            service.detail = f"not heard for {now - service.heard:.0f} s"
+        else:
+            if service.state is not ServiceState.RUNNING:
+                self._say(f"{service.name} is there")
+            service.state, service.detail = ServiceState.RUNNING, ""
+
     def _check_alive(self, service: Service, child: subprocess.Popen[bytes], now: float) -> None:
-        silent_s = now - max(service.heard, service.started)
+        silent_s = now - max(service.heard, service.started, self._linked_since(now))
         if silent_s > _hung_after_s:
             service.state, service.detail = ServiceState.HUNG, f"silent for {silent_s:.1f} s"
             self._say(f"{service.name} is hung ({service.detail}): killed")
@@ -205,6 +249,14 @@ class Supervisor:
         service.state = ServiceState.RUNNING
         if now - service.started > _steady_after_s:
             service.backoff_s = _backoff_first_s
+
+    def _linked_since(self, now: float) -> float:
+        """Who cannot hear must not say that the others are silent."""
+        if self._is_hub:
+            return 0.0
+        if not self._bus.is_linked:
+            self._unlinked = now
+        return self._unlinked
 
     def _ended(self, service: Service, code: int, now: float) -> None:
         reason = f"killed by signal {-code}" if code < 0 else f"exit code {code}"
@@ -251,9 +303,21 @@ class Supervisor:
         except MalformedMessageError as error:
             self._faults.append(self._own_fault("malformed message", str(error)))
             return
-        service = self._services.get(beat.node)
-        if service is not None and service.child is not None and beat.pid == service.child.pid:
-            service.beat, service.heard = beat, time.monotonic()
+        service = self._services.get(beat.node) or self._guest(beat.node)
+        if service is None:
+            return
+        if service.elsewhere and service.beat is not None and service.beat.pid != beat.pid:
+            service.restarts += 1
+        # A service beats once its subscriptions are in place.
+        if service.elsewhere or (service.child is not None and beat.pid == service.child.pid):
+            service.beat, service.heard, service.ready = beat, time.monotonic(), True
+
+    def _guest(self, name: str) -> Service | None:
+        """A service that nobody has to wait for and that another machine started all the same."""
+        rows = [process for process in PROCESSES if process.name == name]
+        if not (rows and self._takes_guests):
+            return None
+        return self._services.setdefault(name, Service(rows[0], elsewhere=True))
 
     def _own_fault(self, what: str, detail: str) -> Fault:
         return Fault(stamp_ns=clock.now_ns(), node="supervisor", what=what, detail=detail)
@@ -279,7 +343,7 @@ def _health(service: Service) -> ServiceHealth:
     return ServiceHealth(
         name=service.name,
         state=service.state,
-        pid=service.child.pid if service.child is not None else 0,
+        pid=service.child.pid if service.child is not None else beat.pid if beat else 0,
         restarts=service.restarts,
         age_s=round(time.monotonic() - service.heard, 3) if beat else -1.0,
         handled=beat.handled if beat else 0,
@@ -289,6 +353,8 @@ def _health(service: Service) -> ServiceHealth:
         replaced=beat.replaced if beat else 0,
         malformed=beat.malformed if beat else 0,
         detail=service.detail,
+        host=beat.host if beat else "",
+        clock_offset_ms=beat.clock_offset_ms if beat else 0.0,
     )
 
 

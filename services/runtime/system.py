@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterable
 from datetime import datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -19,12 +20,16 @@ from schemas.run import RunConfig
 from schemas.task import InstructionStatus, TaskState
 from services.process_table import PROCESSES, Process
 from services.runtime import clock
+from services.runtime.link import Link
 from services.runtime.mailbox import Sample
 from services.runtime.run_directory import RunDirectory, SystemInfo
 from services.runtime.supervisor import Supervisor
 from services.runtime.wire import Bus
 
-_poll_s = 0.05
+if TYPE_CHECKING:
+    from services.runtime.identity import Identity
+
+POLL_S = 0.05
 
 Say = Callable[[str], None]
 
@@ -77,8 +82,14 @@ def page_address(run: RunConfig) -> str:
     return f"http://127.0.0.1:{run.web_port}/?token={run.web_token}"
 
 
-def write_settings(directory: RunDirectory, run: RunConfig) -> None:
-    """Clear what an earlier system left, and say what this one is."""
+def write_settings(directory: RunDirectory, run: RunConfig, link: Link | None = None) -> None:
+    """Clear what an earlier system left, and say what this one is.
+
+    Args:
+        directory: where it is said.
+        run: its settings.
+        link: to the hub, where that is elsewhere.
+    """
     for old in (*directory.path.glob("hub.sock*"), *directory.path.glob("*.log")):
         old.unlink()
     directory.config_file.touch(mode=0o600)
@@ -86,10 +97,11 @@ def write_settings(directory: RunDirectory, run: RunConfig) -> None:
     directory.write_info(
         SystemInfo(
             pid=os.getpid(),
-            endpoint=directory.endpoint,
+            endpoint=link.endpoint if link else directory.endpoint,
             address=page_address(run),
             log=run.log,
             run=run,
+            tls=str(link.identity.folder) if link and link.identity else "",
         )
     )
 
@@ -122,12 +134,32 @@ class InstructionWatch:
 
 
 class System:
-    """Claims the realm, starts everything, and keeps it going."""
+    """Claims the realm, starts everything, and keeps it going.
 
-    def __init__(self, run: RunConfig, say: Say, processes: Iterable[Process]) -> None:
+    Args:
+        run: settings of the run.
+        say: is told what happens.
+        processes: what to run here.
+        elsewhere: what other machines must run; none of them may run anything if it is None.
+        listen: where other machines reach the hub.
+        identity: the hub's, where there are other machines.
+    """
+
+    def __init__(
+        self,
+        run: RunConfig,
+        say: Say,
+        processes: Iterable[Process],
+        *,
+        elsewhere: Iterable[Process] | None = None,
+        listen: Iterable[str] = (),
+        identity: "Identity | None" = None,
+    ) -> None:
         self.run = run
         self._say = say
         self._processes = list(processes)
+        self._elsewhere = elsewhere
+        self._listen, self._identity = tuple(listen), identity
         self.stop_requested = threading.Event()
 
     def serve(
@@ -142,8 +174,17 @@ class System:
         directory = RunDirectory.of(self.run.realm)
         with directory.claimed():
             write_settings(directory, self.run)
-            with Bus.hub(directory.endpoint, self.run.realm, self.run.robot) as hub:
-                supervisor = Supervisor(self.run, self._processes, directory, hub, self._say)
+            with Bus.hub(
+                directory.endpoint, self.run.realm, self.run.robot, self._listen, self._identity
+            ) as hub:
+                supervisor = Supervisor(
+                    self.run,
+                    self._processes,
+                    directory,
+                    hub,
+                    self._say,
+                    elsewhere=self._elsewhere,
+                )
                 watch = InstructionWatch(hub, text) if text else None
                 try:
                     supervisor.start()
@@ -162,14 +203,7 @@ class System:
         announced = False
         while not self.stop_requested.is_set():
             supervisor.poll()
-            if supervisor.missing_component is not None:
-                raise MissingComponentError(supervisor.missing_component)
-            if supervisor.failed is not None:
-                failed = supervisor.failed
-                raise InternalFaultError(
-                    f"{failed.name} failed for good: {failed.detail} "
-                    f"(its output: {supervisor.output_of(failed)})"
-                )
+            require_all_alive(supervisor)
             if supervisor.ready and not announced:
                 announced = True
                 on_ready()
@@ -178,7 +212,24 @@ class System:
             if exit_when_done and watch is not None and watch.done:
                 time.sleep(0.5)
                 return
-            self.stop_requested.wait(_poll_s)
+            self.stop_requested.wait(POLL_S)
+
+
+def require_all_alive(supervisor: Supervisor) -> None:
+    """Give up when a service cannot be kept alive.
+
+    Raises:
+        MissingComponentError: it cannot run on this machine.
+        InternalFaultError: it ended too often.
+    """
+    if supervisor.missing_component is not None:
+        raise MissingComponentError(supervisor.missing_component)
+    failed = supervisor.failed
+    if failed is not None:
+        raise InternalFaultError(
+            f"{failed.name} failed for good: {failed.detail} "
+            f"(its output: {supervisor.output_of(failed)})"
+        )
 
 
 def stop_on_signals(event: threading.Event) -> None:

@@ -9,18 +9,22 @@ import json
 import secrets
 import struct
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import zenoh
 from msgspec import Struct
 
 from schemas.codec import MalformedMessageError, decode, encode
 from schemas.errors import MissingComponentError
-from schemas.topics import ALL_TOPICS, Output, Qos, Query, Topic, full_key
+from schemas.topics import ALL_TOPICS, LAST, READY, Output, Qos, Query, Topic, full_key
 from services.runtime import clock
+from services.runtime.link import Link, Listen
 from services.runtime.mailbox import Sample
+
+if TYPE_CHECKING:
+    from services.runtime.identity import Identity
 
 _header = struct.Struct("<QQq")
 
@@ -33,12 +37,11 @@ class NoAnswerError(MissingComponentError):
     """A query was not answered in time, or the answer was a refusal."""
 
 
-def configuration(
+def session_settings(
     mode: str, *, listen: Iterable[str] = (), connect: Iterable[str] = (), timeout_ms: int = 8000
-) -> zenoh.Config:
-    """Settings for a session that is invisible beyond its endpoints."""
-    config = zenoh.Config()
-    settings: dict[str, Any] = {
+) -> dict[str, Any]:
+    """Zenoh's settings for a session that is invisible beyond its endpoints."""
+    return {
         "mode": mode,
         "listen/endpoints": list(listen),
         "connect/endpoints": list(connect),
@@ -57,6 +60,17 @@ def configuration(
         "transport/link/tx/queue/size/real_time": 16,
         "transport/link/tx/queue/size/data_high": 16,
     }
+
+
+def hub_settings(listen: Listen, realm: str, robot: str) -> dict[str, Any]:
+    """Zenoh's settings for the hub of one realm."""
+    session = session_settings("router", listen=listen.endpoints)
+    return {**session, **listen.settings(realm, robot)}
+
+
+def configuration(settings: Mapping[str, Any]) -> zenoh.Config:
+    """Settings in the form that a session is opened with."""
+    config = zenoh.Config()
     for key, value in settings.items():
         config.insert_json5(key, json.dumps(value))
     return config
@@ -72,7 +86,8 @@ class Bus:
         try:
             self._session = zenoh.open(config)
         except zenoh.ZError as error:
-            raise NoSystemError(f"cannot reach the hub: {error}") from error
+            why = str(error).partition(" at /")[0]
+            raise NoSystemError(f"cannot reach the hub: {why}") from error
         self._realm, self._robot = realm, robot
         self._publisher = secrets.randbits(63)
         self._sequences: dict[str, int] = {}
@@ -80,18 +95,50 @@ class Bus:
         self._declared: list[Any] = []
 
     @classmethod
-    def client(cls, endpoint: str, realm: str, robot: str, timeout_ms: int = 8000) -> "Bus":
-        """Connect to a hub.
+    def client(
+        cls,
+        endpoint: str,
+        realm: str,
+        robot: str,
+        timeout_ms: int = 8000,
+        identity: "Identity | None" = None,
+    ) -> "Bus":
+        """Connect to a hub. It listens nowhere itself: all that it sends goes by the hub's rules.
 
         Raises:
-            NoSystemError: nobody listens at the endpoint within the timeout.
+            EndpointError: the endpoint is none, or needs an identity.
+            NoSystemError: nobody listens there within the timeout, or lets us in.
         """
-        return cls(configuration("client", connect=[endpoint], timeout_ms=timeout_ms), realm, robot)
+        link = Link(endpoint, identity)
+        session = session_settings("client", connect=[link.endpoint], timeout_ms=timeout_ms)
+        try:
+            return cls(configuration({**session, **link.settings()}), realm, robot)
+        except NoSystemError as error:
+            raise NoSystemError(f"{error}{link.why_not()}") from error
 
     @classmethod
-    def hub(cls, endpoint: str, realm: str, robot: str) -> "Bus":
-        """Be the hub that everybody connects to."""
-        return cls(configuration("router", listen=[endpoint]), realm, robot)
+    def hub(
+        cls,
+        endpoint: str,
+        realm: str,
+        robot: str,
+        also: Iterable[str] = (),
+        identity: "Identity | None" = None,
+    ) -> "Bus":
+        """Be the hub that everybody connects to.
+
+        Args:
+            endpoint: where it listens on this machine.
+            realm: of the run.
+            robot: of the run.
+            also: more endpoints, for other machines.
+            identity: the hub's; with it come rules about who may do what.
+
+        Raises:
+            EndpointError: an endpoint is none, or needs an identity, or would be open to all.
+        """
+        listen = Listen((endpoint, *also), identity)
+        return cls(configuration(hub_settings(listen, realm, robot)), realm, robot)
 
     def __enter__(self) -> "Bus":
         return self
@@ -108,6 +155,23 @@ class Bus:
         """End the session; safe to call twice."""
         if not self._session.is_closed():
             self._session.close()
+
+    @property
+    def session(self) -> str:
+        """Number of this connection, as the others see it."""
+        return str(self._session.info.zid())
+
+    @property
+    def is_linked(self) -> bool:
+        """Whether a hub is at the other end just now."""
+        return bool(self._session.info.routers_zid())
+
+    def name_of(self, session: str) -> str | None:
+        """Name in the certificate with which a session connected; None if it came without."""
+        for link in self._session.info.links():
+            if str(link.zid) == session:
+                return link.auth_identifier
+        return None
 
     def publish(self, output: Output) -> Sample:
         """Send a message; returns what went out."""
@@ -155,7 +219,7 @@ class Bus:
         def answer(query: zenoh.Query) -> None:
             with query:
                 key = str(query.key_expr)
-                sample = last.get(key.removeprefix(self._key("last/")))
+                sample = last.get(key.removeprefix(self._key(f"{LAST}/")))
                 if sample is not None:
                     header = _header.pack(sample.publisher, sample.sequence, sample.sent_ns)
                     query.reply(key, sample.payload, attachment=header)
@@ -163,11 +227,11 @@ class Bus:
         for topic in ALL_TOPICS:
             if topic.keep_last:
                 self.subscribe(topic, keep)
-        self._declared.append(self._session.declare_queryable(self._key("last/**"), answer))
+        self._declared.append(self._session.declare_queryable(self._key(f"{LAST}/**"), answer))
 
     def last_value(self, topic: Topic[Any], timeout_s: float = 2.0) -> Sample | None:
         """Last message of a state topic, or None if there was none yet."""
-        for reply in self._session.get(self._key(f"last/{topic.key}"), timeout=timeout_s):
+        for reply in self._session.get(self._key(f"{LAST}/{topic.key}"), timeout=timeout_s):
             if reply.ok is not None:
                 return _sample(topic, reply.ok.payload, reply.ok.attachment)
         return None
@@ -183,7 +247,7 @@ class Bus:
                 except MalformedMessageError as error:
                     asked.reply_err(str(error).encode())
                     return
-                asked.reply(str(asked.key_expr), encode(answer(request)))
+                asked.reply(self._key(query.key), encode(answer(request)))
 
         self._declared.append(self._session.declare_queryable(self._key(query.key), respond))
 
@@ -203,7 +267,7 @@ class Bus:
 
     def declare_ready(self, name: str) -> None:
         """Tell the supervisor that this service's subscriptions are in place."""
-        token = self._session.liveliness().declare_token(self._key(f"ready/{name}"))
+        token = self._session.liveliness().declare_token(self._key(f"{READY}/{name}"))
         self._declared.append(token)
 
     def watch_ready(self, on_change: Callable[[str, bool], None]) -> None:
@@ -215,7 +279,7 @@ class Bus:
 
         self._declared.append(
             self._session.liveliness().declare_subscriber(
-                self._key("ready/*"), changed, history=True
+                self._key(f"{READY}/*"), changed, history=True
             )
         )
 

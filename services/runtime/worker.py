@@ -1,6 +1,7 @@
 """Runs one node as a process over the wire."""
 
 import os
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterable
@@ -14,6 +15,7 @@ from schemas.run import RunConfig
 from schemas.topics import Handlers, Output, Topic
 from services.process_table import Process
 from services.runtime import clock
+from services.runtime.clock_watch import ClockWatch
 from services.runtime.mailbox import Mailbox, Sample
 from services.runtime.node import Closable, Node, Resumable, node_generator
 from services.runtime.wire import Bus, NoAnswerError
@@ -53,9 +55,18 @@ def build_node(process: Process, run: RunConfig) -> Node:
 class Worker:
     """The loop of one process: take, decode, handle, publish, beat."""
 
-    def __init__(self, process: Process, node: Node, bus: Bus, *, stepped: bool = False) -> None:
+    def __init__(
+        self,
+        process: Process,
+        node: Node,
+        bus: Bus,
+        *,
+        stepped: bool = False,
+        clock_watch: ClockWatch | None = None,
+    ) -> None:
         self._process, self._node, self._bus = process, node, bus
         self._stepped = stepped
+        self._clock_watch = clock_watch
         self._handlers = dict(node.handlers())
         self._tick = (
             clock.Rate(process.tick_hz)
@@ -169,11 +180,26 @@ class Worker:
 
     def _publish(self, outputs: Iterable[Output]) -> None:
         for output in outputs:
-            self._bus.publish(output)
+            if self._process.guest:
+                self._refuse(output)
+            else:
+                self._bus.publish(output)
+
+    def _refuse(self, output: Output) -> None:
+        """The hub would do it without a word; the node is told, so that it can show it."""
+        fault = Fault(
+            stamp_ns=clock.now_ns(),
+            node=self._process.name,
+            what="only looks",
+            detail=f"{output.topic.key} was not sent",
+        )
+        if topics.FAULT in self._handlers:
+            self._handlers[topics.FAULT](fault)
 
     def _beat_if_due(self) -> None:
-        if self._beat.due() and not self._stepped:
-            self._bus.publish(topics.HEARTBEAT.of(self._health.beat(self._mailbox)))
+        if self._beat.due() and not (self._stepped or self._process.guest):
+            offset_ms = self._clock_watch.offset_ms if self._clock_watch else 0.0
+            self._bus.publish(topics.HEARTBEAT.of(self._health.beat(self._mailbox, offset_ms)))
             if isinstance(self._node, Tap):
                 self._publish(self._node.on_idle())
 
@@ -182,7 +208,7 @@ class Worker:
             fault = Fault(
                 stamp_ns=clock.now_ns(), node=self._process.name, what=what, detail=detail[:500]
             )
-            self._bus.publish(topics.FAULT.of(fault))
+            self._publish([topics.FAULT.of(fault)])
 
 
 class HealthMeter:
@@ -208,7 +234,7 @@ class HealthMeter:
         self._last_fault = now
         return True
 
-    def beat(self, mailbox: Mailbox) -> Heartbeat:
+    def beat(self, mailbox: Mailbox, clock_offset_ms: float = 0.0) -> Heartbeat:
         """What to tell now."""
         now = time.monotonic()
         self._recent = [(at, spent) for at, spent in self._recent if now - at < 1.0]
@@ -223,4 +249,6 @@ class HealthMeter:
             replaced=mailbox.replaced,
             malformed=self._malformed,
             handler_ms=1000 * spent / len(self._recent) if self._recent else 0.0,
+            host=socket.gethostname(),
+            clock_offset_ms=clock_offset_ms,
         )
