@@ -182,7 +182,8 @@ def _add_capsule(link: LinkBuilder, shape: LinkShape, material: physx.PhysxMater
 
 
 def _add_box(link: LinkBuilder, box: HandBox, material: physx.PhysxMaterial) -> None:
-    half = [side / 2 for side in box.size]
+    x, y, z = box.size
+    half = (x / 2, y / 2, z / 2)
     link.add_box_collision(sapien.Pose(list(box.center)), half, material=material)
 
 

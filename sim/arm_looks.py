@@ -21,9 +21,9 @@ GLASS: Color = (0.05, 0.06, 0.10)
 
 def foot_meshes(arm: ArmSpec) -> tuple[Mesh, ...]:
     """The flange that the arm stands on, in the frame of the base."""
-    at = np.array(arm.base_from_foot.position)
-    plate = Part(box(0.24, 0.24, 0.02).at(at - [0, 0, 0.01]), DARK)
-    foot = Part(cylinder(0.075, 0.05, 24).at(at + [0, 0, 0.025]), METAL, roughness=0.4)
+    at = arm.base_from_foot.position
+    plate = Part(box(0.24, 0.24, 0.02).at(np.subtract(at, (0, 0, 0.01))), DARK)
+    foot = Part(cylinder(0.075, 0.05, 24).at(np.add(at, (0, 0, 0.025))), METAL, roughness=0.4)
     return assemble("arm foot", [plate, foot], ()).meshes
 
 

@@ -9,7 +9,7 @@ import sapien
 
 
 def forces(scene: sapien.Scene, of: Collection[str], on: str) -> float:
-    """Sum of the forces of bodies on one body in the last step, all by the names of entities [N]."""
+    """Sum of the forces of bodies on another in the last step, by the names of entities [N]."""
     total = 0.0
     for contact in scene.get_contacts():
         names = {body.entity.name for body in contact.bodies}

@@ -9,7 +9,7 @@ round: low enough for a box on the floor.
 import math
 from dataclasses import replace
 
-from robots.arm import ArmLimits, ArmSpec, GripperSpec, LinkShape, WristCamera
+from robots.arm import ArmLimits, ArmSpec, GripperSpec, LinkShape, Six, WristCamera
 from robots.husky.spec import HUSKY, looking_down
 from robots.spec import LaserSpec, RobotSpec
 from robots.symbols import get_symbols
@@ -18,6 +18,12 @@ from schemas.geometry import Pose2, Pose3
 _quarter = math.pi / 2
 _turn = 2 * math.pi
 _lean, _half = math.radians(8.0), math.sqrt(0.5)
+
+
+def _each(value: float) -> Six:
+    """The same for all joints."""
+    return value, value, value, value, value, value
+
 
 UR5 = ArmSpec(
     joints=("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"),
@@ -28,11 +34,11 @@ UR5 = ArmSpec(
     # Turned round, so that the arm bends forward with its first joint in the middle of its range.
     base_from_foot=Pose3((0.30, 0.0, 0.40), (0.0, 0.0, 0.0, 1.0)),
     limits=ArmLimits(
-        low=(-_turn,) * 6,
-        high=(_turn,) * 6,
+        low=_each(-_turn),
+        high=_each(_turn),
         # The motors could do twice that; it is a speed at which one may stand by.
-        speed=(1.5,) * 6,
-        acceleration=(4.0,) * 6,
+        speed=_each(1.5),
+        acceleration=_each(4.0),
         torque=(150.0, 150.0, 150.0, 28.0, 28.0, 28.0),
         command_expiry_s=0.3,
         stop_s=0.4,

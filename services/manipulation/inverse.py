@@ -129,9 +129,9 @@ def _leg(square: Floats, scale: float) -> Floats:
 
 def _distinct(joints: Floats) -> Flags:
     """Which branches (N, 8) exist and repeat none before them."""
-    valid = np.isfinite(joints).all(axis=-1)
+    valid = np.asarray(np.isfinite(joints).all(axis=-1))
     gap = np.abs(joints[:, :, None] - joints[:, None])
     gap = np.minimum(gap, 2 * np.pi - gap).max(axis=-1)
-    same = (gap < _same) & valid[:, None, :]
     earlier = np.tril(np.ones((BRANCHES, BRANCHES), np.bool_), -1)
-    return valid & ~(same & earlier).any(axis=2)
+    repeats = np.less(gap, _same) & valid[:, np.newaxis] & earlier
+    return valid & ~repeats.any(axis=2)

@@ -42,11 +42,13 @@ def smooth_motion(
     Raises:
         RefusalError: it touches something however closely it keeps to the way.
     """
+    reason = ""
     for step in _corner_steps:
         motion = timed(arm.limits, dense(corners, step), pace)
-        if collision.free_along(motion.positions):
+        touches = (collision.touching(joints) for joints in motion.positions)
+        reason = next(filter(None, touches), "")
+        if not reason:
             return motion
-    reason = next(text for joints in motion.positions if (text := collision.touching(joints)))
     raise RefusalError(HandlingFailure.NO_PATH, f"on the way {reason}")
 
 

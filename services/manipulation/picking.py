@@ -40,7 +40,7 @@ _slow = 0.5
 
 @dataclass(frozen=True)
 class Pick:
-    """The motions, in order. The gripper opens before `descend`, and shuts before `lift`."""
+    """The motions, in order. The gripper opens before `approach`, and shuts before `lift`."""
 
     approach: Motion
     descend: Motion

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -65,7 +66,7 @@ def plan(
 def dense(corners: Floats, step: float = STEP) -> Floats:
     """Points (M, 6) on a way of corners (N, 6), none further than `step` from the next [rad]."""
     pieces = [corners[:1]]
-    for a, b in zip(corners[:-1], corners[1:], strict=True):
+    for a, b in pairwise(corners):
         count = max(1, int(np.ceil(np.abs(b - a).max() / step)))
         pieces.append(a + np.arange(1, count + 1)[:, None] / count * (b - a))
     return np.concatenate(pieces)

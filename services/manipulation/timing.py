@@ -31,7 +31,7 @@ class Motion:
 
     @property
     def duration(self) -> float:
-        """[s]"""
+        """Of the whole motion [s]."""
         return float(self.times[-1])
 
 

@@ -32,6 +32,7 @@ from services.manipulation.looks import look_into
 from services.manipulation.motions import free_motion
 from services.manipulation.obstacles import body_frame, from_bodies, own_body
 from services.manipulation.picking import Pick, plan_pick
+from services.manipulation.straight import tool_frame
 from services.manipulation.timing import Motion
 from services.perception.space.solids import solids_of
 from sim import vulkan
@@ -143,7 +144,7 @@ def _true_box(placed: PlacedObject, ball: Pose3) -> tuple[Pose3, Floats]:
     return Pose3((*level.position[:2], float(size[2]) / 2), level.wxyz), size
 
 
-class _Stuck(Exception):
+class StuckError(Exception):
     """The arm does not follow its motion."""
 
 
@@ -173,7 +174,7 @@ class BoxPick:
             self._run()
         except RefusalError as refusal:
             self.trial.failure, self.trial.reason = refusal.failure, refusal.reason
-        except _Stuck:
+        except StuckError:
             self.trial.failure, self.trial.reason = HandlingFailure.STUCK, "the arm does not move"
         self.trial.time_s = self.driver.stamp_ns / 1e9
         return self.trial
@@ -195,8 +196,8 @@ class BoxPick:
         others = [*own_body(HUSKY_UR5), *from_bodies(bodies, labels, _here, without=1)]
         ball = Thing("ball", body_frame(bodies, 1), bodies.sizes[1])
         pick = plan_pick(UR5, ball, others, self._joints[:6], self._rng)
-        self._move(pick.approach)
         self._grip(pick.opening)
+        self._move(pick.approach)
         self._move(pick.descend)
         self._picture("reach")
         self._grip(pick.grip)
@@ -209,18 +210,24 @@ class BoxPick:
         return pick
 
     def _hold(self, pick: Pick) -> None:
-        before = self._ball_height()
+        before = self._ball_in_hand()
         self._wait(HOLD_S)
-        self.trial.slip = abs(self._ball_height() - before)
+        self.trial.slip = float(np.linalg.norm(self._ball_in_hand() - before))
         self._check(pick, HandlingFailure.DROPPED, "it fell while it was held")
         # The truth has the last word: fingers can be held apart by something else.
-        if self._ball_height() < 0.4:
+        if np.linalg.norm(self._ball_in_hand()) > pick.width:
             raise RefusalError(HandlingFailure.NOT_HELD, "the fingers hold something, not the ball")
 
-    def _ball_height(self) -> float:
+    def _ball_in_hand(self) -> Floats:
+        """Middle of the ball from the point between the fingers (3,) [m]; far if it is gone."""
         assert self.driver.loose is not None
         poses = self.driver.loose.poses
-        return poses[BALL].position[2] if BALL in poses else 0.0
+        if BALL not in poses:
+            return np.full(3, np.inf)
+        radius = make_asset(BALL, self.world.find(BALL).look).size[2] / 2
+        middle = poses[BALL].apply(np.array([0.0, 0.0, radius]))
+        tool = tool_frame(UR5, self._joints[:6])
+        return tool[:3, :3].T @ (middle - tool[:3, 3])
 
     def _bodies(self) -> tuple[Bodies, tuple[str, ...]]:
         assert self.driver.loose is not None
@@ -248,7 +255,7 @@ class BoxPick:
             if progress is Progress.ARRIVED:
                 return
             if progress is Progress.STUCK:
-                raise _Stuck
+                raise StuckError
 
     def _wait(self, seconds: float) -> None:
         for _ in range(round(seconds * 1e9 / _tick_ns)):
@@ -312,6 +319,11 @@ def run_pick(
         trial.close()
 
 
+def _save(trial: PickTrial, folder: Path) -> None:
+    for name, picture in trial.pictures.items():
+        Image.fromarray(picture).save(folder / f"{name.replace(' ', '_')}.png")
+
+
 def main(runs: int = 20, seed: int = 0, pictures: Path | None = None) -> None:
     """Run many seeds and print what came of them.
 
@@ -330,8 +342,8 @@ def main(runs: int = 20, seed: int = 0, pictures: Path | None = None) -> None:
             f"slip {trial.slip * 1e3:.2f} mm",
             flush=True,
         )
-        for name, picture in trial.pictures.items() if pictures else ():
-            Image.fromarray(picture).save(pictures / f"{name.replace(' ', '_')}.png")
+        if pictures:
+            _save(trial, pictures)
     held = sum(trial.failure is None for trial in trials)
     worst = max((trial.arm_force for trial in trials if trial.failure is None), default=0.0)
     print(f"{held} of {runs} held; largest force of the arm on a box in these {worst:.1f} N")
