@@ -14,6 +14,8 @@ from services.manipulation.errors import RefusalError
 
 ROOMS = (0.015, 0.007)
 """That open fingers leave to either side of the thing; the less only where there is no more [m]."""
+_skin = 0.005
+"""Points this near to the sides of the thing are its own [m]."""
 _tight_cost = 0.35
 """As much as a tilt of so many rad."""
 _tilts = (0.0, 15.0, 30.0, 45.0)
@@ -81,7 +83,7 @@ def candidates(gripper: GripperSpec, thing: Thing, points: Floats | None = None)
             f"it is {widths.min():.3f} m wide; the gripper takes up to {widest:.3f} m",
         )
     if points is not None:
-        fit &= ~_blocked(gripper, frames, openings, points)
+        fit &= ~_blocked(gripper, frames, widths, openings, points)
         if not fit.any():
             raise RefusalError(
                 HandlingFailure.GOAL_IN_COLLISION, "something stands close to it on all sides"
@@ -135,12 +137,14 @@ def _widths(thing: Thing, closing: Floats) -> Floats:
     return along @ thing.size
 
 
-def _blocked(gripper: GripperSpec, frames: Floats, openings: Floats, points: Floats) -> Flags:
-    """At which candidates (N,) a point lies where an open finger would be."""
+def _blocked(
+    gripper: GripperSpec, frames: Floats, widths: Floats, openings: Floats, points: Floats
+) -> Flags:
+    """At which candidates (N,) a point lies where a finger goes, or between it and the thing."""
     x, y, z = gripper.finger
     local = np.einsum("nki,npk->npi", frames[:, :3, :3], points[None] - frames[:, None, :3, 3])
-    gap = openings[:, None] / 2
-    beside = (np.abs(local[..., 1]) > gap) & (np.abs(local[..., 1]) < gap + y)
+    beside = np.abs(local[..., 1]) > widths[:, None] / 2 + _skin
+    beside &= np.abs(local[..., 1]) < openings[:, None] / 2 + y
     at_finger = (np.abs(local[..., 0]) < x / 2) & beside
     lengthwise = (local[..., 2] < gripper.pad) & (local[..., 2] > gripper.pad - z)
     return (at_finger & lengthwise).any(axis=1)

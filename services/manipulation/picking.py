@@ -162,7 +162,7 @@ def _reaches(
             "hand there",
         )
     found: list[_Reach] = []
-    reason, last = "nothing else was left to try", -1
+    reason, last = "", -1
     nears: dict[float, ArmCollision] = {}
     for index, posture in islice(_tries(arm, answers, start), _most_tries):
         if len(found) >= _wanted + skip:
@@ -177,8 +177,10 @@ def _reaches(
             found.append(_reach(arm, near, grasps, index, posture))
             last = index
         except RefusalError as refusal:
-            reason = refusal.reason
+            # The best candidate's reason says most.
+            reason = reason or refusal.reason
     if len(found) <= skip:
+        reason = reason or "all ways to take it were tried"
         raise RefusalError(HandlingFailure.GOAL_IN_COLLISION, f"it cannot be taken: {reason}")
     return found[skip:]
 

@@ -12,6 +12,8 @@ from schemas.arrays import Floats
 
 _spacing = 0.03
 """Between points at which the speed is chosen [rad of the joint that turns most]."""
+_still = 1e-6
+"""Less than this is no motion [rad]."""
 _share = 0.85
 """Of the limits, so that the driver need not slow the motion down."""
 _bend_share = 0.6
@@ -46,6 +48,8 @@ def timed(limits: ArmLimits, corners: Floats, pace: float = 1.0) -> Motion:
         corners: of the way (N, 6), two or more [rad].
         pace: share of the limits to use.
     """
+    if np.ptp(corners, axis=0).max() < _still:
+        return Motion(np.array([0.0, _spacing]), corners[[0, -1]], np.zeros((2, 6)))
     way, slope, bend, grid = _smooth(corners)
     speed, acceleration = (np.array(x) * _share * pace for x in (limits.speed, limits.acceleration))
     with np.errstate(divide="ignore"):
@@ -63,10 +67,7 @@ def timed(limits: ArmLimits, corners: Floats, pace: float = 1.0) -> Motion:
 def _smooth(corners: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Points, first and second derivatives (K, 6) along the way, and its length at them (K,)."""
     steps = np.abs(np.diff(corners, axis=0)).max(axis=1)
-    kept = np.r_[True, steps > 1e-9]
-    if not kept[1:].any():
-        # A motion to where the arm is already.
-        kept[-1], steps = True, np.full(len(steps), 1e-3)
+    kept = np.r_[True, steps > _still]
     along = np.r_[0.0, np.cumsum(steps[kept[1:]])]
     curve = PchipInterpolator(along, corners[kept])
     grid = np.linspace(0.0, along[-1], max(8, int(np.ceil(along[-1] / _spacing)) + 1))

@@ -34,8 +34,9 @@ def ball(x: float, y: float, z: float, diameter: float = 0.1) -> Thing:
 
 def open_box(x: float, y: float) -> list:
     length, width, height = BOX_SIZE.tolist()
-    ends = [box("box", (x + s * length / 2, y, height / 2), (0.012, width, height)) for s in (-1, 1)]
-    sides = [box("box", (x, y + s * width / 2, height / 2), (length, 0.012, height)) for s in (-1, 1)]
+    middle = height / 2
+    ends = [box("box", (x + s * length / 2, y, middle), (0.012, width, height)) for s in (-1, 1)]
+    sides = [box("box", (x, y + s * width / 2, middle), (length, 0.012, height)) for s in (-1, 1)]
     return [*ends, *sides, box("box", (x, y, 0.006), (length, width, 0.012))]
 
 
@@ -83,7 +84,7 @@ def test_a_ball_in_a_box_is_taken_without_touching_the_box() -> None:
     hand = ArmCollision(UR5, obstacles, planned.opening, clearance=0.0)
     for motion in (planned.approach, planned.descend, planned.lift):
         assert hand.free_along(motion.positions)
-    np.testing.assert_array_equal(planned.approach.positions[-1], planned.descend.positions[0])
+    np.testing.assert_allclose(planned.approach.positions[-1], planned.descend.positions[0])
     np.testing.assert_allclose(planned.descend.positions[-1], planned.lift.positions[0])
     reached = tool_frame(UR5, planned.descend.positions[-1])[:3, 3]
     np.testing.assert_allclose(reached, thing.base_from_box[:3, 3], atol=1e-6)
@@ -121,9 +122,7 @@ def test_the_wrist_camera_sees_into_the_box_that_it_looks_into() -> None:
     assert ArmCollision(UR5, obstacles, WIDE).free(look.joints)
     camera = UR5.camera
     base_from_camera = (
-        matrix(UR5.base_from_foot)
-        @ forward(UR5, look.joints)
-        @ matrix(camera.flange_from_camera)
+        matrix(UR5.base_from_foot) @ forward(UR5, look.joints) @ matrix(camera.flange_from_camera)
     )
     middle = inverse_of(base_from_camera) @ np.array([0.9, 0.1, 0.0, 1.0])
     assert middle[2] > 0.3
