@@ -165,7 +165,7 @@ class BoxPick:
         self._rng = np.random.default_rng([seed, 7])
         self._motions = 0
         self._joints = np.zeros(8)
-        self._holding = False
+        self.lifted = False
         self._wait(0.5)
 
     def run(self) -> PickTrial:
@@ -202,7 +202,7 @@ class BoxPick:
         self._picture("reach")
         self._grip(pick.grip)
         self._check(pick, HandlingFailure.NOT_HELD, "the fingers closed on nothing")
-        self._holding = True
+        self.lifted = True
         self._move(pick.lift)
         self._check(pick, HandlingFailure.DROPPED, "it fell while it was lifted")
         loaded = ArmCollision(UR5, others, pick.width, held=pick.held)
@@ -210,15 +210,15 @@ class BoxPick:
         return pick
 
     def _hold(self, pick: Pick) -> None:
-        before = self._ball_in_hand()
+        before = self.ball_in_hand()
         self._wait(HOLD_S)
-        self.trial.slip = float(np.linalg.norm(self._ball_in_hand() - before))
+        self.trial.slip = float(np.linalg.norm(self.ball_in_hand() - before))
         self._check(pick, HandlingFailure.DROPPED, "it fell while it was held")
         # The truth has the last word: fingers can be held apart by something else.
-        if np.linalg.norm(self._ball_in_hand()) > pick.width:
+        if np.linalg.norm(self.ball_in_hand()) > pick.width:
             raise RefusalError(HandlingFailure.NOT_HELD, "the fingers hold something, not the ball")
 
-    def _ball_in_hand(self) -> Floats:
+    def ball_in_hand(self) -> Floats:
         """Middle of the ball from the point between the fingers (3,) [m]; far if it is gone."""
         assert self.driver.loose is not None
         poses = self.driver.loose.poses
@@ -272,7 +272,7 @@ class BoxPick:
         scene, trial = self.driver.scene, self.trial
         arm = self._forces(scene, (*UR5.joints, *UR5.fingers), BOX)
         trial.arm_force = max(trial.arm_force, arm)
-        if self._holding:
+        if self.lifted:
             trial.ball_force = max(trial.ball_force, self._forces(scene, (BALL,), BOX))
 
     def _picture(self, name: str) -> None:
