@@ -71,7 +71,7 @@ def candidates(gripper: GripperSpec, thing: Thing, points: Floats | None = None)
     Raises:
         RefusalError: it is too big for the gripper, or something stands close on all sides.
     """
-    frames, tilts = (np.concatenate([part] * len(ROOMS)) for part in _frames(_point(thing)))
+    frames, tilts = (np.concatenate([part] * len(ROOMS)) for part in _frames(thing))
     widths = _widths(thing, frames[:, :3, 1])
     room = np.repeat(ROOMS, len(frames) // len(ROOMS))
     openings = widths + 2 * room
@@ -100,8 +100,11 @@ def _point(thing: Thing) -> Floats:
     return thing.base_from_box[:3, 3] + thing.base_from_box[:3, 2] * (above - height / 2)
 
 
-def _frames(point: Floats) -> tuple[Floats, Floats]:
-    """Poses of the tool (N, 4, 4) at a point from all sides above, and their tilts (N,) [rad]."""
+def _frames(thing: Thing) -> tuple[Floats, Floats]:
+    """Poses of the tool (N, 4, 4) from all sides above, and their tilts (N,) [rad].
+
+    They are even about the axes of the thing, so that some close on it flat.
+    """
     approaches = [(0.0, 0.0)] + [
         (math.radians(tilt), k * math.tau / _azimuths)
         for tilt in _tilts[1:]
@@ -121,8 +124,9 @@ def _frames(point: Floats) -> tuple[Floats, Floats]:
     other = np.cross(z, level)
     y = np.cos(roll)[:, None] * level + np.sin(roll)[:, None] * other
     frames = np.tile(np.eye(4), (len(z), 1, 1))
-    frames[:, :3, :3] = np.stack([np.cross(y, z), y, z], axis=2)
-    frames[:, :3, 3] = point
+    axes = np.stack([np.cross(y, z), y, z], axis=2)
+    frames[:, :3, :3] = thing.base_from_box[:3, :3] @ axes
+    frames[:, :3, 3] = _point(thing)
     return frames, tilt
 
 

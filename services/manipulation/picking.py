@@ -134,7 +134,8 @@ def _assembled(
         descend=smooth_motion(arm, near, reach.down, _slow),
         lift=smooth_motion(arm, near, reach.up, _slow),
         opening=reach.opening,
-        grip=grip_opening(reach.width),
+        # Pads that close askew turn a thing until its narrow side lies flat between them.
+        grip=grip_opening(min(reach.width, *thing.size[:2].tolist())),
         width=reach.width,
         held=_held(arm, thing, reach.tool),
     )

@@ -1,6 +1,6 @@
-"""The arm alone: look into an open box, take the ball out by planned motions, hold it.
+"""The arm alone: look into an open box, take a thing out by planned motions, hold it.
 
-The box and the ball are known here as perception would tell them in its message `Bodies`; the base
+The box and the thing are known here as perception would tell them in its message `Bodies`; the base
 stands still. `python -m sim.experiments.box_pick` runs it over many seeds.
 """
 
@@ -40,8 +40,10 @@ from sim.assets.library import make_asset
 from sim.scenes.model import Ground, PlacedObject, Sun, World
 
 HOLD_S = 3.0
-BALL, BOX = "ball", "box"
+THING, BOX = "thing", "box"
 _tick_ns = 10_000_000
+_at_hand = 0.15
+"""Further from the fingers than this the thing is not what they hold [m]."""
 _send_ticks = 5
 _here = Pose3((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 
@@ -56,21 +58,22 @@ class PickTrial:
     time_s: float = 0.0
     arm_force: float = 0.0
     """Largest of the arm on the box [N]."""
-    ball_force: float = 0.0
-    """Largest of the ball on the box from when it is held on [N]."""
+    thing_force: float = 0.0
+    """Largest of the thing on the box from when it is held on [N]."""
     slip: float = 0.0
-    """How far the ball moved in the hand while it was held [m]."""
+    """How far the thing moved in the hand while it was held [m]."""
     pictures: dict[str, np.ndarray] = field(default_factory=dict[str, np.ndarray])
 
 
-def box_world(seed: int) -> World:
-    """A box before the robot with a ball in it, another box beside."""
+def box_world(seed: int, label: str = "ball") -> World:
+    """A box before the robot with a thing of a class in it, another box beside."""
     rng = np.random.default_rng([seed, 6])
     at = Pose2(rng.uniform(0.80, 0.95), rng.uniform(-0.2, 0.2), rng.uniform(-math.pi, math.pi))
-    box_look, ball_look = int(rng.integers(1000)), _small_ball(rng)
+    box_look, look = int(rng.integers(1000)), _small_look(rng, label)
     length, width, _ = _inner(box_look)
-    radius = make_asset(BALL, ball_look).size[2] / 2
-    free = np.maximum(np.array([length, width]) / 2 - radius - 0.035, 0.0)
+    low, high = _bounds(label, look)
+    reach = float(np.hypot(*np.maximum(-low, high)[:2])) if label != "ball" else float(high[0])
+    free = np.maximum(np.array([length, width]) / 2 - reach - 0.035, 0.0)
     x, y = (rng.uniform(-1, 1, 2) * free).tolist()
     beside = Pose2(at.x + rng.uniform(-0.1, 0.1), at.y + rng.choice([-1, 1]) * 0.62, 0.3)
     return World(
@@ -82,10 +85,10 @@ def box_world(seed: int) -> World:
         objects=(
             PlacedObject(id=BOX, label="box", look=box_look, world_from_object=at),
             PlacedObject(
-                id=BALL,
-                label="ball",
-                look=ball_look,
-                world_from_object=at @ Pose2(x, y, 0.0),
+                id=THING,
+                label=label,
+                look=look,
+                world_from_object=at @ Pose2(x, y, rng.uniform(-math.pi, math.pi)),
                 height=0.02,
             ),
             PlacedObject(
@@ -95,24 +98,30 @@ def box_world(seed: int) -> World:
     )
 
 
-def _small_ball(rng: np.random.Generator) -> int:
-    """A look of a ball that the gripper can take."""
-    while make_asset(BALL, look := int(rng.integers(1000))).size[0] > 0.13:
+def _small_look(rng: np.random.Generator, label: str) -> int:
+    """A look that the gripper can take: balls may be larger than that."""
+    while min(make_asset(label, look := int(rng.integers(1000))).size[:2]) > 0.13:
         pass
     return look
 
 
+def _bounds(label: str, look: int) -> tuple[Floats, Floats]:
+    """Lowest and highest corner of what can be touched, each (3,) [m]."""
+    shapes = make_asset(label, look).collisions
+    low = np.min([np.subtract(s.center, s.half) for s in shapes], axis=0)
+    return low, np.max([np.add(s.center, s.half) for s in shapes], axis=0)
+
+
 def _inner(look: int) -> Floats:
     """Size of the tub of a box, without flaps and rims (3,) [m]."""
-    shapes = make_asset("box", look).collisions
-    low = np.min([np.subtract(s.center, s.half) for s in shapes], axis=0)
-    return np.max([np.add(s.center, s.half) for s in shapes], axis=0) - low
+    low, high = _bounds("box", look)
+    return high - low
 
 
-def true_bodies(world: World, ball: Pose3) -> tuple[Bodies, tuple[str, ...]]:
+def true_bodies(world: World, thing: Pose3) -> tuple[Bodies, tuple[str, ...]]:
     """The things of a world as perception would tell them, the robot standing at the origin."""
     labels = tuple(placed.label for placed in world.objects)
-    rows = [_true_box(placed, ball) for placed in world.objects]
+    rows = [_true_box(placed, thing) for placed in world.objects]
     poses, sizes = [pose for pose, _ in rows], np.array([size for _, size in rows])
     solids = [
         (row, solid) for row, label in enumerate(labels) for solid in solids_of(label, sizes[row])
@@ -132,16 +141,18 @@ def true_bodies(world: World, ball: Pose3) -> tuple[Bodies, tuple[str, ...]]:
     return bodies, labels
 
 
-def _true_box(placed: PlacedObject, ball: Pose3) -> tuple[Pose3, Floats]:
-    """Pose of the middle of an object's box, and its size."""
-    if placed.id == BALL:
-        size = np.full(3, make_asset("ball", placed.look).size[2])
-        middle = ball.apply(np.array([0.0, 0.0, size[2] / 2]))
-        x, y, z = middle.tolist()
-        return Pose3((x, y, z), (1.0, 0.0, 0.0, 0.0)), size
-    size = _inner(placed.look)
-    level = placed.world_from_object.lifted()
-    return Pose3((*level.position[:2], float(size[2]) / 2), level.wxyz), size
+def _true_box(placed: PlacedObject, thing: Pose3) -> tuple[Pose3, Floats]:
+    """Pose of the middle of an object's box, x along its longer side, and its size."""
+    pose = thing if placed.id == THING else placed.world_from_object.lifted()
+    low, high = _bounds(placed.label, placed.look)
+    x, y, z = ((low + high) / 2).tolist()
+    level = Pose3((x, y, z), (1.0, 0.0, 0.0, 0.0))
+    size = high - low
+    if size[1] > size[0]:
+        level, size = Pose3((x, y, z), Pose2(0, 0, math.pi / 2).lifted().wxyz), size[[1, 0, 2]]
+    whole = pose @ level
+    # A ball has rolled a little, and looks the same.
+    return (Pose3(whole.position, (1.0, 0.0, 0.0, 0.0)) if placed.label == "ball" else whole), size
 
 
 class StuckError(Exception):
@@ -151,13 +162,15 @@ class StuckError(Exception):
 class BoxPick:
     """One trial: the hands of a planner on a driver."""
 
-    def __init__(self, seed: int, camera: bool, meddle: Callable[[BoxPick], None] | None) -> None:
+    def __init__(
+        self, seed: int, label: str, camera: bool, meddle: Callable[[BoxPick], None] | None
+    ) -> None:
         # sapien must not be imported before the Vulkan driver is chosen.
         from sim.driver import SapienDriver  # noqa: PLC0415
         from sim.touch import forces  # noqa: PLC0415
 
         self._forces = forces
-        self.world = box_world(seed)
+        self.world = box_world(seed, label)
         self.driver = SapienDriver(HUSKY_UR5, self.world, seed, camera=camera)
         self.trial = PickTrial(seed)
         self._camera = camera
@@ -192,10 +205,12 @@ class BoxPick:
         self._hold(pick)
 
     def _taken(self, bodies: Bodies, labels: tuple[str, ...]) -> Pick:
-        """Go to the ball, shut the gripper, lift."""
+        """Go to the thing, shut the gripper, lift."""
         others = [*own_body(HUSKY_UR5), *from_bodies(bodies, labels, _here, without=1)]
-        ball = Thing("ball", body_frame(bodies, 1), bodies.sizes[1])
-        pick = plan_pick(UR5, ball, others, self._joints[:6], self._rng)
+        # Of other things the box is known best, whatever they consist of.
+        kind = "ball" if labels[1] == "ball" else "box"
+        thing = Thing(kind, body_frame(bodies, 1), bodies.sizes[1])
+        pick = plan_pick(UR5, thing, others, self._joints[:6], self._rng)
         self._grip(pick.opening)
         self._move(pick.approach)
         self._move(pick.descend)
@@ -210,28 +225,28 @@ class BoxPick:
         return pick
 
     def _hold(self, pick: Pick) -> None:
-        before = self.ball_in_hand()
+        before = self.thing_in_hand()
         self._wait(HOLD_S)
-        self.trial.slip = float(np.linalg.norm(self.ball_in_hand() - before))
+        self.trial.slip = float(np.linalg.norm(self.thing_in_hand() - before))
         self._check(pick, HandlingFailure.DROPPED, "it fell while it was held")
         # The truth has the last word: fingers can be held apart by something else.
-        if np.linalg.norm(self.ball_in_hand()) > pick.width:
-            raise RefusalError(HandlingFailure.NOT_HELD, "the fingers hold something, not the ball")
+        if np.linalg.norm(self.thing_in_hand()) > _at_hand:
+            raise RefusalError(HandlingFailure.NOT_HELD, "the fingers hold something else")
 
-    def ball_in_hand(self) -> Floats:
-        """Middle of the ball from the point between the fingers (3,) [m]; far if it is gone."""
+    def thing_in_hand(self) -> Floats:
+        """The thing's place from the point between the fingers (3,) [m]; far if it is gone."""
         assert self.driver.loose is not None
         poses = self.driver.loose.poses
-        if BALL not in poses:
+        if THING not in poses:
             return np.full(3, np.inf)
-        radius = make_asset(BALL, self.world.find(BALL).look).size[2] / 2
-        middle = poses[BALL].apply(np.array([0.0, 0.0, radius]))
+        placed = self.world.find(THING)
+        middle = poses[THING].apply(np.mean(_bounds(placed.label, placed.look), axis=0))
         tool = tool_frame(UR5, self._joints[:6])
         return tool[:3, :3].T @ (middle - tool[:3, 3])
 
     def _bodies(self) -> tuple[Bodies, tuple[str, ...]]:
         assert self.driver.loose is not None
-        return true_bodies(self.world, self.driver.loose.poses[BALL])
+        return true_bodies(self.world, self.driver.loose.poses[THING])
 
     def _free(self, collision: ArmCollision, goal: Floats) -> Motion:
         return free_motion(UR5, collision, self._joints[:6], goal[None], self._rng)
@@ -273,7 +288,7 @@ class BoxPick:
         arm = self._forces(scene, (*UR5.joints, *UR5.fingers), BOX)
         trial.arm_force = max(trial.arm_force, arm)
         if self.lifted:
-            trial.ball_force = max(trial.ball_force, self._forces(scene, (BALL,), BOX))
+            trial.thing_force = max(trial.thing_force, self._forces(scene, (THING,), BOX))
 
     def _picture(self, name: str) -> None:
         if not self._camera:
@@ -302,17 +317,21 @@ def _beside() -> Pose3:
 
 
 def run_pick(
-    seed: int, camera: bool = False, meddle: Callable[[BoxPick], None] | None = None
+    seed: int,
+    label: str = "ball",
+    camera: bool = False,
+    meddle: Callable[[BoxPick], None] | None = None,
 ) -> PickTrial:
     """One trial.
 
     Args:
         seed: of the world and of the search.
+        label: class of what is taken.
         camera: whether to draw.
         meddle: called before every step, to make something go wrong.
     """
     vulkan.activate()
-    trial = BoxPick(seed, camera, meddle)
+    trial = BoxPick(seed, label, camera, meddle)
     try:
         return trial.run()
     finally:
@@ -324,21 +343,22 @@ def _save(trial: PickTrial, folder: Path) -> None:
         Image.fromarray(picture).save(folder / f"{name.replace(' ', '_')}.png")
 
 
-def main(runs: int = 20, seed: int = 0, pictures: Path | None = None) -> None:
+def main(runs: int = 20, seed: int = 0, label: str = "ball", pictures: Path | None = None) -> None:
     """Run many seeds and print what came of them.
 
     Args:
         runs: how many seeds.
         seed: the first of them.
+        label: class of what is taken: ball, cracker box, mustard bottle, banana, drill, pitcher.
         pictures: folder for pictures of the first.
     """
     trials: list[PickTrial] = []
     for number in range(seed, seed + runs):
-        trial = run_pick(number, camera=bool(pictures) and number == seed)
+        trial = run_pick(number, label, camera=bool(pictures) and number == seed)
         trials.append(trial)
         print(
             f"seed {number}: {trial.failure or 'held'} ({trial.reason}), {trial.time_s:.1f} s, "
-            f"arm on box {trial.arm_force:.1f} N, ball on box {trial.ball_force:.1f} N, "
+            f"arm on box {trial.arm_force:.1f} N, thing on box {trial.thing_force:.1f} N, "
             f"slip {trial.slip * 1e3:.2f} mm",
             flush=True,
         )

@@ -7,7 +7,7 @@ pytest.importorskip("sapien")
 
 from robots.husky_ur5.spec import UR5
 from schemas.task import HandlingFailure
-from sim.experiments.box_pick import BALL, BoxPick, run_pick
+from sim.experiments.box_pick import THING, BoxPick, run_pick
 
 pytestmark = pytest.mark.slow
 SEED = 1
@@ -34,11 +34,11 @@ def when(moment, act):
 
 
 def fingers_at_ball(trial: BoxPick) -> bool:
-    return float(np.linalg.norm(trial.ball_in_hand())) < 0.06
+    return float(np.linalg.norm(trial.thing_in_hand())) < 0.06
 
 
 def take_ball_away(trial: BoxPick) -> None:
-    trial.driver.loose.take_away(BALL)
+    trial.driver.loose.take_away(THING)
 
 
 def test_a_ball_that_vanishes_during_the_reach_is_not_held() -> None:
@@ -67,7 +67,7 @@ def test_a_stop_in_the_middle_of_a_carry_holds_arm_and_ball() -> None:
     def meddle(trial: BoxPick) -> None:
         if trial.lifted:
             trial.driver.latch_stop(True)
-            heights.append(trial.driver.loose.poses[BALL].position[2])
+            heights.append(trial.driver.loose.poses[THING].position[2])
 
     trial = run_pick(SEED, meddle=meddle)
     assert trial.failure is HandlingFailure.STUCK
