@@ -3,12 +3,13 @@
 from dataclasses import replace
 
 from robots.husky.spec import HUSKY
+from robots.husky_ur5.spec import HUSKY_UR5
 from robots.spec import RobotSpec
 from robots.wheelchair.spec import WHEELCHAIR
 from schemas.errors import UserError
 from schemas.run import RunConfig
 
-ROBOTS: dict[str, RobotSpec] = {spec.name: spec for spec in (HUSKY, WHEELCHAIR)}
+ROBOTS: dict[str, RobotSpec] = {spec.name: spec for spec in (HUSKY, WHEELCHAIR, HUSKY_UR5)}
 
 
 class UnknownRobotError(UserError):

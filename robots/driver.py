@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import Protocol
 
 from robots.spec import RobotSpec
-from schemas.motion import BaseCommand
+from schemas.motion import ArmCommand, BaseCommand, GripperCommand
 from schemas.sensing import JointState, LaserScan, Odometry, RgbdFrame
 
 Reading = RgbdFrame | LaserScan | Odometry | JointState
@@ -57,4 +57,24 @@ class RobotDriver(Protocol):
 
     def close(self) -> None:
         """Let go of the hardware."""
+        ...
+
+
+class ArmDriver(RobotDriver, Protocol):
+    """A driver that can also move an arm, where its robot has one."""
+
+    def command_arm(self, command: ArmCommand) -> None:
+        """Begin a motion, or go on with it. It expires by itself.
+
+        Raises:
+            UserError: the robot has no arm.
+        """
+        ...
+
+    def command_gripper(self, command: GripperCommand) -> None:
+        """Open or close the gripper.
+
+        Raises:
+            UserError: the robot has no arm.
+        """
         ...

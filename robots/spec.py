@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from robots.arm import ArmSpec
 from robots.symbols import SymbolSpace
 from schemas.geometry import Pose2, Pose3
 
@@ -123,3 +124,4 @@ class RobotSpec:
     laser: LaserSpec
     odometry: OdometryNoise
     symbols: SymbolSpace
+    arm: ArmSpec | None = None

@@ -40,6 +40,10 @@ class RgbdFrame(Struct, frozen=True, kw_only=True):
     """Dead reckoning when the picture was taken."""
 
 
+class WristFrame(RgbdFrame, frozen=True, kw_only=True):
+    """A picture from the camera on the arm's wrist; `base_from_camera` is where it was then."""
+
+
 class LaserScan(Struct, frozen=True, kw_only=True):
     """One turn of a planar range finder."""
 

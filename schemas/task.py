@@ -6,7 +6,7 @@ from typing import Annotated
 from msgspec import Struct
 
 from schemas.arrays import Floats, Shape
-from schemas.geometry import Pose2
+from schemas.geometry import Pose2, Pose3
 
 
 class TaskState(StrEnum):
@@ -75,6 +75,61 @@ class GoalStatus(Struct, frozen=True, kw_only=True):
     reason: str
     path: Annotated[Floats, Shape("K 2")]
     """Rest of the planned path, map frame [m]."""
+
+
+class Handling(StrEnum):
+    """What the arm can be told to do."""
+
+    LOOK = "look"
+    """Hold the wrist's camera so that it sees into a thing."""
+    PICK = "pick"
+    """Take a thing into the gripper and lift it."""
+    STOW = "stow"
+    """Fold the arm for driving, with what it holds."""
+    PLACE = "place"
+    """Put down what it holds."""
+
+
+class HandlingFailure(StrEnum):
+    """Why the arm did not do it; closed set."""
+
+    UNREACHABLE = "unreachable"
+    TOO_BIG = "too_big"
+    START_IN_COLLISION = "start_in_collision"
+    GOAL_IN_COLLISION = "goal_in_collision"
+    NO_PATH = "no_path"
+    STUCK = "stuck"
+    NOT_HELD = "not_held"
+    DROPPED = "dropped"
+    LOST = "lost"
+
+
+class HandlingGoal(Struct, frozen=True, kw_only=True):
+    """Something for the arm to do; the arm answers with `HandlingStatus` of the same id."""
+
+    stamp_ns: int
+    id: str
+    instruction_id: str
+    action: Handling
+    label: str
+    """Class of the thing."""
+    map_from_thing: Pose3
+    """Middle of the upright box around it, x along its length."""
+    size: tuple[float, float, float]
+    """Of that box: length, width, height [m]."""
+
+
+class HandlingStatus(Struct, frozen=True, kw_only=True):
+    """How far the arm is."""
+
+    stamp_ns: int
+    goal_id: str
+    state: TaskState
+    failure: HandlingFailure | None
+    reason: str
+    """One sentence: "the box wall is in the way", ..."""
+    holding: str
+    """Class of what is in the gripper; empty if nothing is."""
 
 
 class CancelRequest(Struct, frozen=True, kw_only=True):

@@ -12,11 +12,19 @@ from schemas.errors import UserError
 from schemas.fleet import Access, AccessRequest, ClockReading, ClockRequest, RunRequest
 from schemas.health import Fault, Heartbeat, StatusRequest, SystemStatus, Tick
 from schemas.language import Annotations, Answer, Behaviors, Instruction
-from schemas.motion import BaseCommand, DriverCheckpoint, StopLatch
+from schemas.motion import ArmCommand, BaseCommand, DriverCheckpoint, GripperCommand, StopLatch
 from schemas.perception import Bodies, Detections, Fiducials, Focus, SceneObservation
 from schemas.run import RunConfig
-from schemas.sensing import JointState, LaserScan, Odometry, RgbdFrame
-from schemas.task import CancelRequest, Decision, Goal, GoalStatus, InstructionStatus
+from schemas.sensing import JointState, LaserScan, Odometry, RgbdFrame, WristFrame
+from schemas.task import (
+    CancelRequest,
+    Decision,
+    Goal,
+    GoalStatus,
+    HandlingGoal,
+    HandlingStatus,
+    InstructionStatus,
+)
 
 # Python 3.11 has no `class Topic[T]` syntax yet.
 T = TypeVar("T", bound=Struct)
@@ -101,6 +109,11 @@ GOAL_STATUS = Topic("goal/status", GoalStatus, _latest, 2, rank=19, keep_last=Tr
 INSTRUCTION_STATUS = Topic(
     "instruction/status", InstructionStatus, _never, 0, rank=20, keep_last=True
 )
+ARM_COMMAND = Topic("arm/command", ArmCommand, _latest, 20, rank=24)
+GRIPPER_COMMAND = Topic("gripper/command", GripperCommand, _never, 0, rank=25)
+WRIST_RGBD = Topic("wrist/rgbd", WristFrame, _latest, 5, rank=26)
+HANDLING_GOAL = Topic("handling/goal", HandlingGoal, _never, 0, rank=27, keep_last=True)
+HANDLING_STATUS = Topic("handling/status", HandlingStatus, _latest, 2, rank=28, keep_last=True)
 FIDUCIALS = Topic("fiducials", Fiducials, _latest, 5, rank=21)
 FOCUS = Topic("focus", Focus, _latest, 5, rank=23)
 HEARTBEAT = Topic("heartbeat", Heartbeat, _never, 5, rank=30)
@@ -132,6 +145,11 @@ ALL_TOPICS: tuple[Topic[Any], ...] = (
     GOAL,
     GOAL_STATUS,
     INSTRUCTION_STATUS,
+    ARM_COMMAND,
+    GRIPPER_COMMAND,
+    WRIST_RGBD,
+    HANDLING_GOAL,
+    HANDLING_STATUS,
     HEARTBEAT,
     FAULT,
     SYSTEM_STATUS,

@@ -1,4 +1,7 @@
-"""The robot's body in PhysX: a box on four frictionless balls whose root velocity is imposed."""
+"""The robot's body in PhysX: a box on four frictionless balls whose root velocity is imposed.
+
+An arm's links belong to the same articulation.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,8 @@ from sapien.wrapper.articulation_builder import LinkBuilder
 
 from robots.spec import RobotSpec
 from schemas.geometry import Pose2, wrap_angle
+from sim.arm import ArmBody
+from sim.arm_looks import foot_meshes
 from sim.husky_looks import chassis_meshes, wheel_meshes
 from sim.rendering.bodies import render_body
 
@@ -31,11 +36,18 @@ class BaseBody:
         self._shape_chassis(scene, chassis)
         for name in WHEELS:
             self._shape_wheel(builder.create_link_builder(chassis), name)
+        self.arm = ArmBody(builder, chassis, scene, spec.arm) if spec.arm else None
         builder.set_initial_pose(_lifted(start))
         self._articulation = builder.build(fix_root_link=False)
         self._dress()
-        for joint in self._articulation.active_joints:
+        joints = self._articulation.active_joints
+        names = [joint.name for joint in joints]
+        self._wheels = [names.index(f"{name}_wheel") for name in WHEELS]
+        self._wheel_joints = [joints[index] for index in self._wheels]
+        for joint in self._wheel_joints:
             joint.set_drive_properties(stiffness=0.0, damping=DRIVE_DAMPING)
+        if self.arm:
+            self.arm.bind(self._articulation, visible)
 
     def _shape_chassis(self, scene: sapien.Scene, chassis: LinkBuilder) -> None:
         base = self._spec.base
@@ -76,10 +88,11 @@ class BaseBody:
         if not self._visible:
             return
         for link in self._articulation.links:
-            meshes = (
-                chassis_meshes(self._spec) if link.name == "chassis" else wheel_meshes(self._spec)
-            )
-            link.entity.add_component(render_body(meshes))
+            if link.name == "chassis":
+                foot = foot_meshes(self._spec.arm) if self._spec.arm else ()
+                link.entity.add_component(render_body((*chassis_meshes(self._spec), *foot)))
+            elif link.name in WHEELS:
+                link.entity.add_component(render_body(wheel_meshes(self._spec)))
 
     @property
     def world_from_base(self) -> Pose2:
@@ -93,12 +106,14 @@ class BaseBody:
     @property
     def wheel_angles(self) -> NDArray[np.float64]:
         """(4,) in the order of `WHEELS` [rad]."""
-        return np.asarray(self._articulation.qpos, np.float64)
+        return np.asarray(self._articulation.qpos, np.float64)[self._wheels]
 
     def place(self, world_from_base: Pose2, wheel_angles: NDArray[np.float64]) -> None:
         """Put the resting base somewhere."""
         self._articulation.set_root_pose(_lifted(world_from_base))
-        self._articulation.set_qpos(wheel_angles.astype(np.float32))
+        everything = np.asarray(self._articulation.qpos)
+        everything[self._wheels] = wheel_angles
+        self._articulation.set_qpos(everything)
         self.drive(0.0, 0.0, np.zeros(4))
 
     def drive(self, linear: float, angular: float, wheels: NDArray[np.float64]) -> None:
@@ -112,8 +127,10 @@ class BaseBody:
         roll, pitch, _ = (float(value) for value in body.root_angular_velocity)
         body.set_root_linear_velocity([linear * math.cos(yaw), linear * math.sin(yaw), heave])
         body.set_root_angular_velocity([roll, pitch, angular])
-        body.set_qvel(wheels.astype(np.float32))
-        for joint, speed in zip(body.active_joints, wheels, strict=True):
+        speeds = np.asarray(body.qvel)
+        speeds[self._wheels] = wheels
+        body.set_qvel(speeds)
+        for joint, speed in zip(self._wheel_joints, wheels, strict=True):
             joint.set_drive_velocity_target(float(speed))
 
 

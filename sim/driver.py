@@ -14,14 +14,19 @@ import sapien
 from msgspec import Struct
 from sapien import physx, render
 
+from robots.arm_kinematics import forward, pose
 from robots.driver import Reading
 from robots.kinematics import wheel_speeds
 from robots.spec import RobotSpec
-from schemas.geometry import Pose2
-from schemas.motion import BaseCommand
-from schemas.sensing import JointState, LaserScan, Odometry, RgbdFrame
+from schemas.errors import UserError
+from schemas.geometry import Pose2, Pose3
+from schemas.motion import ArmCommand, BaseCommand, GripperCommand
+from schemas.sensing import JointState, LaserScan, Odometry, RgbdFrame, WristFrame
+from sim.arm_mover import ArmMover
+from sim.assets.library import SMALL
 from sim.base import WHEELS, BaseBody
 from sim.governor import BaseGovernor
+from sim.loose import LooseThings
 from sim.obstacles import add_obstacles
 from sim.rendering.camera import Camera
 from sim.rendering.stage import Stage
@@ -33,6 +38,7 @@ TICK_NS = 10_000_000
 TICK_S = TICK_NS / 1e9
 ODOMETRY_HZ = 20.0
 JOINTS_HZ = 10.0
+ARM_JOINTS_HZ = 20.0
 
 
 class _State(Struct, frozen=True, kw_only=True):
@@ -49,6 +55,11 @@ class _State(Struct, frozen=True, kw_only=True):
     slip: tuple[float, float]
     wheel_angles: tuple[float, ...]
     stopped: bool
+    arm_positions: tuple[float, ...] = ()
+    opening: float = 0.0
+    """That the gripper was to have [m]."""
+    things: dict[str, Pose3] = {}
+    """Poses in the world of what is loose."""
 
 
 class SapienDriver:
@@ -67,29 +78,41 @@ class SapienDriver:
         self._slip = (0.0, 0.0)
         self._physics = physx.PhysxCpuSystem()
         self._scene = _make_scene(self._physics, camera)
-        add_obstacles(self._scene, world)
+        # Without an arm nobody moves small things: they are obstacles like all others.
+        self._loose = LooseThings(self._scene, world, visible=camera) if spec.arm else None
+        add_obstacles(self._scene, world, loose=SMALL if spec.arm else ())
         self._base = BaseBody(self._scene, spec, world.world_from_start, visible=camera)
+        self._arm = ArmMover(self._base.arm, spec.arm) if self._base.arm and spec.arm else None
         self._world_from_base = world.world_from_start
         self._odom_from_base = Pose2(0.0, 0.0, 0.0)
         self._camera = self._make_camera() if camera else None
+        self._wrist = self._make_wrist() if camera and spec.arm else None
         self._due = self._schedule()
 
     def _make_camera(self) -> Camera:
         stage = Stage(self._scene, self._world.ground, self._world.sun)
         for placed in self._world.objects:
-            stage.put(placed)
+            if self._loose is None or placed.label not in SMALL:
+                stage.put(placed)
         spec = self._spec.camera
         return Camera(self._scene, spec.width, spec.height, spec.horizontal_fov)
+
+    def _make_wrist(self) -> Camera:
+        assert self._spec.arm is not None
+        wrist = self._spec.arm.camera
+        return Camera(self._scene, wrist.width, wrist.height, wrist.horizontal_fov)
 
     def _schedule(self) -> list[tuple[int, Callable[[], Reading]]]:
         """Period in ticks of every sensor, in the order in which they read at one tick."""
         table: list[tuple[float, Callable[[], Reading]]] = [
             (ODOMETRY_HZ, self._odometry),
-            (JOINTS_HZ, self._joints),
+            (ARM_JOINTS_HZ if self._arm else JOINTS_HZ, self._joints),
             (self._spec.laser.rate_hz, self._laser_scan),
         ]
         if self._camera is not None:
             table.append((self._spec.camera.rate_hz, self._rgbd))
+        if self._wrist is not None and self._spec.arm is not None:
+            table.append((self._spec.arm.camera.rate_hz, self._wrist_rgbd))
         return [(round(1 / rate / TICK_S), read) for rate, read in table]
 
     @property
@@ -116,9 +139,38 @@ class SapienDriver:
         """Take a velocity; it is obeyed within the limits until it expires."""
         self._governor.take(command, self.stamp_ns)
 
+    def command_arm(self, command: ArmCommand) -> None:
+        """Begin a motion of the arm within its limits, or go on with it until it expires."""
+        self._moved_arm().governor.take(command, self.stamp_ns)
+
+    def command_gripper(self, command: GripperCommand) -> None:
+        """Open or close the gripper."""
+        self._moved_arm().gripper.take(command)
+
+    def _moved_arm(self) -> ArmMover:
+        if self._arm is None:
+            raise UserError(f"robot {self._spec.name!r} has no arm to command")
+        return self._arm
+
+    def jam_joint(self, name: str) -> None:
+        """For tests: a joint of the arm does not move any more."""
+        self._moved_arm().body.jam(name)
+
+    @property
+    def loose(self) -> LooseThings | None:
+        """What can be picked up, for `sim.oracle` and tests alone."""
+        return self._loose
+
+    @property
+    def scene(self) -> sapien.Scene:
+        """For evaluation: contacts, and pictures from outside."""
+        return self._scene
+
     def latch_stop(self, stopped: bool) -> None:
         """Stop all motion until released with False."""
         self._governor.latch(stopped)
+        if self._arm:
+            self._arm.latch(stopped)
 
     def step(self, until_ns: int) -> Iterable[Reading]:
         """Advance by whole ticks of 10 ms while they end by `until_ns`; readings oldest first."""
@@ -134,6 +186,8 @@ class SapienDriver:
         self._slip = next_slip(self._slip, generator(self._seed, "slip", self._tick), TICK_S)
         left, right = wheel_speeds(self._spec.base, linear, angular)
         wheels = np.array([left, right, left, right])
+        if self._arm:
+            self._arm.advance(self.stamp_ns, TICK_S)
         self._base.drive(linear * (1 + self._slip[0]), angular * (1 + self._slip[1]), wheels)
         self._scene.step()
         before, self._world_from_base = self._world_from_base, self._base.world_from_base
@@ -154,11 +208,13 @@ class SapienDriver:
 
     def _joints(self) -> JointState:
         left, right = wheel_speeds(self._spec.base, self._governor.linear, self._governor.angular)
+        arm = self._base.arm
+        none = np.zeros(0)
         return JointState(
             stamp_ns=self.stamp_ns,
-            names=tuple(f"{name}_wheel" for name in WHEELS),
-            positions=self._base.wheel_angles,
-            velocities=np.array([left, right, left, right]),
+            names=(*(f"{name}_wheel" for name in WHEELS), *(arm.names if arm else ())),
+            positions=np.r_[self._base.wheel_angles, arm.positions if arm else none],
+            velocities=np.r_[left, right, left, right, arm.velocities if arm else none],
         )
 
     def _laser_scan(self) -> LaserScan:
@@ -169,7 +225,7 @@ class SapienDriver:
             angle_min=-math.pi,
             angle_increment=2 * math.pi / spec.beams,
             range_max=spec.range_max,
-            ranges=scan(self._physics, spec, self._world_from_base, rng),
+            ranges=scan(self._physics, spec, self._spec.base, self._world_from_base, rng),
             base_from_laser=spec.base_from_laser,
             odom_from_base=self._odom_from_base,
         )
@@ -189,6 +245,26 @@ class SapienDriver:
             odom_from_base=self._odom_from_base,
         )
 
+    def _wrist_rgbd(self) -> WristFrame:
+        assert self._wrist is not None
+        arm, body = self._spec.arm, self._base.arm
+        assert arm is not None
+        assert body is not None
+        foot_from_flange = pose(forward(arm, body.positions[:6]))
+        base_from_camera = arm.base_from_foot @ foot_from_flange @ arm.camera.flange_from_camera
+        picture = self._wrist.picture(
+            self._world_from_base.lifted() @ base_from_camera, self._world.seed
+        )
+        rng = generator(self._seed, "wrist", self._tick)
+        return WristFrame(
+            stamp_ns=self.stamp_ns,
+            color=picture.color,
+            depth_mm=measured_depth(picture.depth, arm.camera.range_max, rng),
+            intrinsics=self._wrist.intrinsics,
+            base_from_camera=base_from_camera,
+            odom_from_base=self._odom_from_base,
+        )
+
     def checkpoint(self) -> bytes:
         """Everything but the command in force, which must not outlive its sender."""
         state = _State(
@@ -203,6 +279,9 @@ class SapienDriver:
             slip=self._slip,
             wheel_angles=tuple(self._base.wheel_angles.tolist()),
             stopped=self.stopped,
+            arm_positions=tuple(self._base.arm.positions.tolist()) if self._base.arm else (),
+            opening=self._arm.gripper.opening if self._arm else 0.0,
+            things=self._loose.poses if self._loose else {},
         )
         return msgspec.msgpack.encode(state)
 
@@ -223,12 +302,15 @@ class SapienDriver:
         self._tick, self._slip = saved.tick, saved.slip
         self._base.place(saved.world_from_base, np.array(saved.wheel_angles))
         self._world_from_base, self._odom_from_base = saved.world_from_base, saved.odom_from_base
-        self._governor.latch(saved.stopped)
+        if self._arm and self._loose:
+            self._arm.place(np.array(saved.arm_positions), saved.opening)
+            self._loose.place(saved.things)
+        self.latch_stop(saved.stopped)
         self._governor.resume_at(saved.linear, saved.angular)
 
     def close(self) -> None:
         """Let go of the scene."""
-        self._camera = None
+        self._camera = self._wrist = None
         self._due = []
         self._scene.clear()
 

@@ -57,6 +57,10 @@ def _mast(spec: RobotSpec) -> list[Part]:
 
 def _laser(spec: RobotSpec) -> list[Part]:
     mount = spec.laser.base_from_laser
+    if spec.laser.height < spec.base.height:
+        # Several that look out of the hull.
+        ends = [(end * spec.base.length / 2, 0, spec.laser.height) for end in (-1, 1)]
+        return [Part(cylinder(0.045, 0.08).at(at), BLACK) for at in ends]
     at = (mount.x, mount.y, spec.laser.height)
     foot = box(0.1, 0.1, 0.04).at((mount.x, mount.y, spec.base.height + 0.0))
     return [Part(cylinder(0.045, 0.08).at(at), BLACK), Part(foot, GREY)]

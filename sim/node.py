@@ -1,19 +1,25 @@
 """The simulated robot as a process: what a real robot's node would do with its driver."""
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 import numpy as np
 
 from robots.catalogue import get_robot
-from robots.driver import Reading, RobotDriver
+from robots.driver import ArmDriver, Reading, RobotDriver
 from schemas import topics
-from schemas.errors import MissingComponentError
+from schemas.errors import MissingComponentError, UserError
 from schemas.health import Tick
-from schemas.motion import BaseCommand, DriverCheckpoint, StopLatch
+from schemas.motion import (
+    ArmCommand,
+    BaseCommand,
+    DriverCheckpoint,
+    GripperCommand,
+    StopLatch,
+)
 from schemas.run import RunConfig
-from schemas.sensing import JointState, LaserScan, Odometry, RgbdFrame
+from schemas.sensing import JointState, LaserScan, Odometry, RgbdFrame, WristFrame
 from schemas.topics import Handlers, Output, Topic
 from sim import vulkan
 from sim.world import make_world
@@ -23,8 +29,9 @@ _topic_of: dict[type[Reading], Topic[Any]] = {
     JointState: topics.JOINT_STATE,
     LaserScan: topics.SCAN,
     RgbdFrame: topics.RGBD,
+    WristFrame: topics.WRIST_RGBD,
 }
-DRAWN = ("husky",)
+DRAWN = ("husky", "husky_ur5")
 """Robots whose looks and camera pictures the simulator can draw."""
 _longest_step_ns = 100_000_000
 _checkpoint_period_ns = 200_000_000
@@ -50,6 +57,8 @@ class RobotNode:
         return {
             topics.STOP: self.on_stop,
             topics.BASE_COMMAND: self.on_command,
+            topics.ARM_COMMAND: self.on_arm,
+            topics.GRIPPER_COMMAND: self.on_gripper,
             topics.TICK: self.on_tick,
         }
 
@@ -70,6 +79,16 @@ class RobotNode:
     def on_command(self, command: BaseCommand) -> Iterable[Output]:
         """Take a velocity."""
         self._driver.command(command)
+        return ()
+
+    def on_arm(self, command: ArmCommand) -> Iterable[Output]:
+        """Take a motion of the arm."""
+        _with_arm(self._driver).command_arm(command)
+        return ()
+
+    def on_gripper(self, command: GripperCommand) -> Iterable[Output]:
+        """Take a gap between the fingers."""
+        _with_arm(self._driver).command_gripper(command)
         return ()
 
     def on_tick(self, tick: Tick) -> Iterable[Output]:
@@ -95,6 +114,12 @@ class RobotNode:
     def driver(self) -> RobotDriver:
         """The hardware, for evaluation."""
         return self._driver
+
+
+def _with_arm(driver: RobotDriver) -> ArmDriver:
+    if driver.spec.arm is None:
+        raise UserError(f"robot {driver.spec.name!r} has no arm to command")
+    return cast(ArmDriver, driver)
 
 
 def open_driver(run: RunConfig) -> RobotDriver:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 import sapien
 from sapien import physx
@@ -16,17 +17,20 @@ UPRIGHT = [math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0]
 """PhysX cylinders lie along x."""
 
 
-def add_obstacles(scene: sapien.Scene, world: World) -> None:
+def add_obstacles(scene: sapien.Scene, world: World, loose: Collection[str] = ()) -> None:
     """Put the ground, every object's collision shapes and all walls into the scene.
 
+    Objects of the `loose` classes are left out: they are no obstacles that stand fast.
     Nothing has friction: the imposed speeds of the base are then exact without a controller.
     """
     slippery = scene.create_physical_material(0.0, 0.0, 0.0)
     scene.add_ground(0.0, render=False, material=slippery)
     for placed in world.objects:
+        if placed.label in loose:
+            continue
         body = physx.PhysxRigidStaticComponent()
         for shape in make_asset(placed.label, placed.look).collisions:
-            body.attach(_collision(shape, placed.scale, slippery))
+            body.attach(collision_shape(shape, placed.scale, slippery))
         standing = entity(body)
         standing.name = placed.id
         standing.set_pose(_pose(placed))
@@ -51,16 +55,21 @@ def _add_wall(scene: sapien.Scene, wall: Wall, material: physx.PhysxMaterial) ->
 def _pose(placed: PlacedObject) -> sapien.Pose:
     pose = placed.world_from_object
     half = pose.yaw / 2
-    return sapien.Pose([pose.x, pose.y, 0], [math.cos(half), 0, 0, math.sin(half)])
+    return sapien.Pose([pose.x, pose.y, placed.height], [math.cos(half), 0, 0, math.sin(half)])
 
 
-def _collision(
+def collision_shape(
     shape: CollisionShape, scale: float, material: physx.PhysxMaterial
 ) -> physx.PhysxCollisionShape:
+    """The shape as PhysX has it, in the frame of its object."""
     center = [scale * value for value in shape.center]
     half = [scale * value for value in shape.half]
     if shape.kind == "box":
         made: physx.PhysxCollisionShape = physx.PhysxCollisionShapeBox(half, material)
+        made.set_local_pose(sapien.Pose(center))
+        return made
+    if shape.kind == "ball":
+        made = physx.PhysxCollisionShapeSphere(half[0], material)
         made.set_local_pose(sapien.Pose(center))
         return made
     made = physx.PhysxCollisionShapeCylinder(half[0], half[2], material)

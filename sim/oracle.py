@@ -204,7 +204,7 @@ def have_door(world: World, first: str, second: str) -> bool:
 def _outline(shape: CollisionShape) -> Outline:
     x, y, _ = shape.center
     half_x, half_y, _ = shape.half
-    if shape.kind == "cylinder":
+    if shape.kind != "box":
         return shapely.Point(x, y).buffer(half_x, quad_segs=4)
     return shapely.box(x - half_x, y - half_y, x + half_x, y + half_y)
 

@@ -9,35 +9,57 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 from sapien import physx
 
-from robots.spec import LaserSpec
+from robots.spec import BaseGeometry, LaserSpec
 from schemas.geometry import Pose2
 
 RANGE_DEVIATION = 0.01
 """Of the laser [m]."""
+_outside = 0.01
+"""How far from the hull a laser sits that looks out of it [m]."""
 HOLE_FRACTION = 0.002
 """Part of the depth pixels that answer nothing for no visible reason."""
 
 
 def scan(
-    system: physx.PhysxCpuSystem, spec: LaserSpec, world_from_base: Pose2, rng: Generator
+    system: physx.PhysxCpuSystem,
+    spec: LaserSpec,
+    base: BaseGeometry,
+    world_from_base: Pose2,
+    rng: Generator,
 ) -> NDArray[np.float32]:
     """Ranges (beams,) [m], counter-clockwise from -pi in the laser frame; infinite if no answer.
 
-    The laser must sit outside the robot's own collision shapes: a ray that starts in one ends
-    there.
+    A laser above the body must sit outside the robot's own collision shapes: a ray that starts in
+    one ends there. One inside stands for several around the hull, counted from a common middle.
     """
     mount = world_from_base @ spec.base_from_laser
     origin = [mount.x, mount.y, spec.height]
     angles = mount.yaw + beam_angles(spec)
     directions = np.stack([np.cos(angles), np.sin(angles), np.zeros(spec.beams)], axis=1)
+    skipped = hull_ranges(spec, base)
+    origins = np.array(origin) + skipped[:, None] * directions
     # The stub says that a hit always comes back; in truth it is None where nothing is in the way.
     hits: list[physx.PhysxRayHit | None] = [
-        system.raycast(origin, direction, spec.range_max) for direction in directions.tolist()
+        system.raycast(start, direction, spec.range_max)
+        for start, direction in zip(origins.tolist(), directions.tolist(), strict=True)
     ]
-    ranges = np.array([math.inf if hit is None else hit.distance for hit in hits])
+    ranges = np.array([math.inf if hit is None else hit.distance for hit in hits]) + skipped
     noisy = ranges + RANGE_DEVIATION * rng.normal(size=spec.beams)
     noisy[(noisy < spec.range_min) | (noisy >= spec.range_max)] = math.inf
     return noisy.astype(np.float32)
+
+
+def hull_ranges(spec: LaserSpec, base: BaseGeometry) -> NDArray[np.float64]:
+    """How far each beam (beams,) runs inside the robot's body; 0 for a laser above it [m]."""
+    if spec.height > base.height:
+        return np.zeros(spec.beams)
+    mount = spec.base_from_laser
+    angles = mount.yaw + beam_angles(spec)
+    along = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    half = np.array([base.length, base.width]) / 2 + _outside
+    with np.errstate(divide="ignore"):
+        to_sides = (np.copysign(half, along) - np.array([mount.x, mount.y])) / along
+    return to_sides.min(axis=1)
 
 
 def beam_angles(spec: LaserSpec) -> NDArray[np.float64]:

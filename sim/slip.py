@@ -15,7 +15,7 @@ from numpy.random import Generator
 from robots.spec import OdometryNoise
 from schemas.geometry import Pose2
 
-STREAMS = ("slip", "odometry", "laser", "camera")
+STREAMS = ("slip", "odometry", "laser", "camera", "wrist")
 SLIP_DEVIATION = 0.02
 """Relative deviation of the true speed from the wheels' speed."""
 SLIP_TIME = 1.0

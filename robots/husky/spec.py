@@ -18,7 +18,8 @@ _optical_from_level = (0.5, -0.5, 0.5, -0.5)
 """Rotation of an optical frame that looks along +x of the base."""
 
 
-def _looking_down(pitch: float) -> tuple[float, float, float, float]:
+def looking_down(pitch: float) -> tuple[float, float, float, float]:
+    """Rotation of an optical frame that looks ahead and down by an angle [rad]."""
     about_y = (math.cos(pitch / 2), 0.0, math.sin(pitch / 2), 0.0)
     return quaternion_product(about_y, _optical_from_level)
 
@@ -48,7 +49,7 @@ HUSKY = RobotSpec(
         horizontal_fov=math.radians(69.0),
         rate_hz=5.0,
         range_max=7.0,
-        base_from_camera=Pose3((0.25, 0.0, 0.92), _looking_down(_camera_pitch)),
+        base_from_camera=Pose3((0.25, 0.0, 0.92), looking_down(_camera_pitch)),
     ),
     laser=LaserSpec(
         beams=360,

@@ -30,9 +30,9 @@ class Part:
 
 @dataclass(frozen=True)
 class CollisionShape:
-    """A box of half extents x, y, z [m] or a z-cylinder of (radius, radius, half height) [m]."""
+    """A box of half extents, a z-cylinder of (radius, radius, half height) or a ball [m]."""
 
-    kind: Literal["box", "cylinder"]
+    kind: Literal["box", "cylinder", "ball"]
     center: tuple[float, float, float]
     half: tuple[float, float, float]
 
@@ -95,9 +95,7 @@ class Asset:
 
 def _reach(shape: CollisionShape) -> float:
     center = float(np.hypot(*shape.center[:2]))
-    return center + (
-        shape.half[0] if shape.kind == "cylinder" else float(np.hypot(*shape.half[:2]))
-    )
+    return center + (float(np.hypot(*shape.half[:2])) if shape.kind == "box" else shape.half[0])
 
 
 def _textured(part: Part) -> Mesh:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.random import Generator
 from PIL import Image
 
-from sim.assets.asset import Asset, Part, assemble, cylinder_shape
+from sim.assets.asset import Asset, CollisionShape, Part, assemble
 from sim.assets.surface import Floats, lathe
 from sim.assets.texture import Color, Texture, from_image, hsv, mixed, mottled, pick
 
@@ -28,7 +28,9 @@ def make_ball(rng: Generator) -> Asset:
     tilt = tuple(rng.uniform(-1.5, 1.5, 3).tolist())
     surface = lathe(profile, 22).at((0, 0, 0), tilt).at((0, 0, radius))
     part = Part(surface, texture=kinds[kind](rng), roughness=0.7 if kind == 3 else 0.4)
-    return assemble("ball", [part], [cylinder_shape(radius, 0.0, 2 * radius)])
+    return assemble(
+        "ball", [part], [CollisionShape("ball", (0.0, 0.0, radius), (radius, radius, radius))]
+    )
 
 
 def _directions() -> Floats:

@@ -43,7 +43,8 @@ class Stage:
     def put(self, placed: PlacedObject) -> int:
         """Show an object and its shadow; returns its number in the segmentation picture."""
         asset = make_asset(placed.label, placed.look)
-        pose = placed.world_from_object.lifted()
+        level = placed.world_from_object.lifted()
+        pose = Pose3((*level.position[:2], placed.height), level.wxyz)
         number = self.show(asset, pose, placed.scale)
         mesh = shadow_mesh(asset, pose, placed.scale, self._sun, self._floor)
         self._cast(mesh_shape(mesh, self._shade))

@@ -50,6 +50,8 @@ class PlacedObject(Struct, frozen=True, kw_only=True):
     """Seed of colours, proportions and textures."""
     world_from_object: Pose2
     scale: float = 1.0
+    height: float = 0.0
+    """Of its underside above the ground [m]."""
 
 
 class Wall(Struct, frozen=True, kw_only=True):

@@ -20,6 +20,7 @@ BENCHMARKS: dict[str, int] = {
     "camera": 25,
     "detector": 51,
     "fiducials": 25,
+    "manipulation": 25,
     "startup": 5,
     "mapping": 15,
     "mapping_growth": 15,

@@ -34,6 +34,7 @@ SHORT = (
     Short("camera", 11),
     Short("detector", 15),
     Short("fiducials", 3),
+    Short("manipulation", 5),
     Short("startup", 1),
     Short("mapping", 3),
     Short("log", 3),

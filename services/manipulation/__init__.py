@@ -1,0 +1,1 @@
+"""Moves the arm: inverse kinematics, motions without collision, grasps, and looks into boxes."""
