@@ -3,6 +3,7 @@
 from functools import lru_cache
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from robots.arm import ArmSpec
 from schemas.arrays import Floats
@@ -73,7 +74,9 @@ def matrix(pose: Pose3) -> Floats:
 def pose(transform: Floats) -> Pose3:
     """A homogeneous transform (4, 4) as a pose; inverse of `matrix`."""
     x, y, z = transform[:3, 3].tolist()
-    return Pose3((x, y, z), _quaternion(transform[:3, :3]))
+    turn = Rotation.from_matrix(transform[:3, :3]).as_quat(canonical=True, scalar_first=True)
+    w, qx, qy, qz = turn.tolist()
+    return Pose3((x, y, z), (w, qx, qy, qz))
 
 
 def inverse_of(transforms: Floats) -> Floats:
@@ -91,22 +94,3 @@ def _lengths(a: tuple[float, ...], d: tuple[float, ...], alpha: tuple[float, ...
     # The cosine of a right angle is not quite 0 in floating point; a twist is meant exactly.
     twists = np.array(alpha)
     return [np.array(a), np.array(d), np.cos(twists).round(15), np.sin(twists).round(15)]
-
-
-def _quaternion(rotation: Floats) -> tuple[float, float, float, float]:
-    """Unit quaternion wxyz of a rotation matrix (3, 3), by its largest component."""
-    trace = float(np.trace(rotation))
-    squares = np.array([trace, *np.diag(rotation)]) * 2 - trace + 1
-    squares[0] = 1 + trace
-    largest = int(np.argmax(squares))
-    r = rotation
-    rows = np.array(
-        [
-            [1 + trace, r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]],
-            [r[2, 1] - r[1, 2], squares[1], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0]],
-            [r[0, 2] - r[2, 0], r[0, 1] + r[1, 0], squares[2], r[1, 2] + r[2, 1]],
-            [r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], squares[3]],
-        ]
-    )
-    w, x, y, z = (rows[largest] / np.linalg.norm(rows[largest])).tolist()
-    return w, x, y, z

@@ -65,7 +65,7 @@ def bench(
     """Run an experiment; our figures stand beside the paper's.
 
     Args:
-        name: table1, table2, ablations, belief, fov, grounding, grounding_scaling,
+        name: table1, table2, ablations, adaptive, belief, fov, grounding, grounding_scaling,
             grounding_training, log, mapping, perception, runtime, or all.
         runs: how often each thing is tried or timed; by default as many as the experiment wants.
         workers: processes that may work at once; what measures time uses one.

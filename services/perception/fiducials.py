@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from robots.tags import FAMILY, TagTable
 from schemas.arrays import Floats, Ints
@@ -129,10 +130,7 @@ def place_rows(tags: Fiducials, table: TagTable, types: tuple[str, ...]) -> tupl
 
 def quaternion(rotation: Floats) -> Floats:
     """Unit quaternion wxyz (4,) of a rotation matrix (3, 3); its scalar is not negative."""
-    turn = np.asarray(cv2.Rodrigues(rotation)[0], np.float64).reshape(3)
-    angle = float(np.linalg.norm(turn))
-    axis = turn / angle if angle > 1e-9 else np.zeros(3)
-    return np.concatenate([[math.cos(angle / 2)], math.sin(angle / 2) * axis])
+    return Rotation.from_matrix(rotation).as_quat(canonical=True, scalar_first=True)
 
 
 def _start(points: Floats, corners: Floats, matrix: Floats) -> Pose:

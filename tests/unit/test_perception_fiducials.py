@@ -5,7 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from robots.husky.spec import HUSKY
@@ -134,12 +134,13 @@ def test_a_tag_seen_head_on_from_afar_does_not_know_which_way_it_leans():
 
 
 @settings(deadline=None)
+@example(0.0, 0.0, 1.9e-6)
 @given(st.floats(-3.0, 3.0), st.floats(-1.5, 1.5), st.floats(-3.0, 3.0))
 def test_quaternion_is_the_inverse_of_the_matrix(a: float, b: float, c: float):
     rotation = np.asarray(cv2.Rodrigues(np.array([a, b, c]))[0])
     w, x, y, z = quaternion(rotation).tolist()
     again = Pose3((0.0, 0.0, 0.0), (w, x, y, z)).rotation()
-    np.testing.assert_allclose(again, rotation, atol=1e-6)
+    np.testing.assert_allclose(again, rotation, atol=1e-9)
 
 
 def seen(number: int) -> Fiducials:
