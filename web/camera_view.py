@@ -3,9 +3,9 @@
 import cv2
 import numpy as np
 
+from robots.colours import Rgb, class_colour
 from schemas.arrays import Bytes, Ints
 from schemas.perception import Detections, Focus
-from web.colours import Rgb, class_colour
 from web.focus_words import line_over
 from web.view_model import Shot
 

@@ -1,43 +1,14 @@
-"""Colours: one of Okabe and Ito's for each class, so that colour-blind eyes tell them apart."""
-
-import zlib
+"""Colours as the page needs them; those of classes are in `robots.colours`."""
 
 import numpy as np
 
+from robots.colours import Rgb
 from schemas.arrays import Bytes, Floats
-
-Rgb = tuple[int, int, int]
-
-ORANGE: Rgb = (230, 159, 0)
-SKY: Rgb = (86, 180, 233)
-GREEN: Rgb = (0, 158, 115)
-BLUE: Rgb = (0, 114, 178)
-VERMILLION: Rgb = (213, 94, 0)
-PURPLE: Rgb = (204, 121, 167)
-GREY: Rgb = (110, 116, 128)
-
-_class_colours: dict[str, Rgb] = {
-    "hydrant": VERMILLION,
-    "cone": ORANGE,
-    "barrel": BLUE,
-    "tree": GREEN,
-    "car": PURPLE,
-    "building": SKY,
-    "wall": GREY,
-    "robot": GREY,
-    "unknown": GREY,
-}
-_cycle = (ORANGE, SKY, GREEN, BLUE, VERMILLION, PURPLE)
 
 _viridis = np.array(
     [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]], np.float64
 )
 """Five anchors of the map; between them it is close to linear."""
-
-
-def class_colour(name: str) -> Rgb:
-    """Colour of an object class; the same on every page and in every run."""
-    return _class_colours.get(name) or _cycle[zlib.crc32(name.encode()) % len(_cycle)]
 
 
 def css(colour: Rgb) -> str:

@@ -11,8 +11,9 @@ from typing import TypeVar
 import numpy as np
 import viser
 
+from robots.colours import Rgb
 from schemas.arrays import Bytes, Floats, Floats32
-from web.colours import Rgb, linear
+from web.colours import linear
 from web.shapes import Instances, Mesh
 
 Figure = TypeVar("Figure", bound=viser.SceneNodeHandle)

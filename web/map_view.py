@@ -3,6 +3,7 @@
 import numpy as np
 import viser
 
+from robots.colours import BLUE, GREEN, class_colour
 from schemas import topics
 from schemas.arrays import Floats
 from schemas.belief import MapBelief, OccupancyGrid
@@ -10,7 +11,7 @@ from schemas.geometry import Pose2
 from schemas.task import Decision, Goal, GoalStatus
 from web import grid_model
 from web.belief_model import GoalObject, goal_object, hypothesised, modes, observed
-from web.colours import BLUE, GREEN, class_colour, cost_colours
+from web.colours import cost_colours
 from web.decision_model import cheapest_places
 from web.layer import Layer
 from web.shapes import ARROW, UNIT_CYLINDER, Instances, class_mesh, ellipse, polyline, wire_box

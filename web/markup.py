@@ -3,7 +3,8 @@
 from collections.abc import Iterable
 from html import escape
 
-from web.colours import Rgb, css
+from robots.colours import Rgb
+from web.colours import css
 
 GOOD: Rgb = (0, 121, 90)
 WARN: Rgb = (154, 91, 0)

@@ -6,12 +6,13 @@ import numpy as np
 import viser
 from viser import uplot
 
+from robots.colours import BLUE
 from schemas import topics
 from schemas.belief import MapBelief
 from schemas.geometry import Pose2
 from web import reports
 from web.camera_view import annotated
-from web.colours import BLUE, css
+from web.colours import css
 from web.focus_words import focus_html
 from web.question_box import QuestionBox
 from web.requests import LONGEST_INSTRUCTION, Cancel, Inbox, Release, Say, Stop, means_stop

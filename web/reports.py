@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+from robots.colours import Rgb, class_colour
 from schemas import topics
 from schemas.belief import MapBelief
 from schemas.geometry import Pose2
@@ -10,7 +11,6 @@ from schemas.health import ServiceHealth, ServiceState
 from schemas.topics import Topic
 from web import markup
 from web.belief_model import Mode, modes, observed
-from web.colours import Rgb, class_colour
 from web.events import Event
 from web.phrases import direction
 from web.view_model import ViewModel

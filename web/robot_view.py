@@ -5,12 +5,12 @@ import math
 import numpy as np
 import viser
 
+from robots.colours import Rgb
 from robots.spec import RobotSpec
 from schemas import topics
 from schemas.arrays import Floats
 from schemas.geometry import Quaternion
 from schemas.sensing import JointState, LaserScan
-from web.colours import Rgb
 from web.shapes import UNIT_BOX, UNIT_CYLINDER, Mesh
 from web.view_model import ViewModel
 

@@ -2,10 +2,10 @@
 
 import re
 
+from robots.colours import BLUE, GREEN, GREY, VERMILLION, Rgb, class_colour
 from schemas.language import Annotations, BehaviorSymbol, Instruction
 from schemas.task import Decision, InstructionStatus, TaskState
 from web import markup
-from web.colours import BLUE, GREEN, GREY, VERMILLION, Rgb, class_colour
 from web.phrases import intention, reading
 
 _leaf = re.compile(r"\(([^()\s]+) ([^()\s]+)\)")

@@ -171,7 +171,7 @@ class BeliefPolicy:
         goal = self.goal_of(referents, memory)
         # What was followed before it was known what is meant deserves no patience.
         following = proposal.following and goal in (None, candidates.object_id[1])
-        circumstances = replace(_circumstances(referents, memory), following=following)
+        circumstances = _circumstances(referents, memory, best_found(referents), following)
         judged = self.cost.judge(proposal.features, circumstances)
         chosen = int(np.argmin(judged.costs))
         return Choice(
@@ -193,7 +193,8 @@ class BeliefPolicy:
 
     def goal_of(self, referents: Referents, memory: Memory) -> int | None:
         """Seen object that is meant beyond the doubt allowed now, or None."""
-        best, gate = best_found(referents), self.cost.gate(_circumstances(referents, memory))
+        best = best_found(referents)
+        gate = self.cost.gate(_circumstances(referents, memory, best, following=False))
         return best if mass_of(referents, best) >= gate else None
 
     def _situation(self, grid: OccupancyGrid, pose: Pose2, memory: Memory) -> Situation:
@@ -258,12 +259,15 @@ class BeliefPolicy:
         return distance - _radius_of(belief, row) <= places.stand_off + _standing_slack
 
 
-def _circumstances(referents: Referents, memory: Memory) -> Circumstances:
-    best, settled = best_found(referents), False
+def _circumstances(
+    referents: Referents, memory: Memory, best: int, following: bool
+) -> Circumstances:
+    """Of a decision where a seen object `best` is the likeliest to be meant."""
+    settled = False
     if memory.settled is not None and best >= 0:
         gap = float(np.hypot(*(place_of(referents, best) - memory.settled)))
         settled = gap < same_place
-    return Circumstances(memory.searching_s, memory.words, following=False, settled=settled)
+    return Circumstances(memory.searching_s, memory.words, following, settled)
 
 
 def _is_in(belief: MapBelief, row: int) -> bool:

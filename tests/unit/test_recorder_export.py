@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from robots.colours import class_colour
 from schemas import topics
 from schemas.belief import MapBelief
 from schemas.codec import encode
@@ -22,7 +23,6 @@ from services.recorder.export.decisions import HEAD, write_decisions
 from services.recorder.export.map_film import Scene
 from services.recorder.export.map_picture import Window, draw_map
 from services.recorder.export.pace import evenly
-from services.recorder.viewer.colours import class_colour
 from services.recorder.viewer.scene import seen_rows
 from services.runtime.log_file import LogError, read_messages
 from services.runtime.mailbox import Sample

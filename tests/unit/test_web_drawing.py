@@ -4,9 +4,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
+from robots.colours import class_colour
 from schemas.belief import OccupancyGrid
 from schemas.task import Decision
-from web.colours import class_colour, cost_colours, linear
+from web.colours import cost_colours, linear
 from web.decision_model import cheapest_places
 from web.grid_model import center, looked_picture, magnified, occupancy_picture, size_m
 from web.shapes import UNIT_BOX, UNIT_CONE, UNIT_CYLINDER, Instances, ellipse, polyline, wire_box

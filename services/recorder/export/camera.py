@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
+from robots.colours import class_colour
 from schemas import topics
 from schemas.arrays import Bytes
 from schemas.perception import Detections
 from services.recorder.export.pace import evenly
-from services.recorder.viewer.colours import class_colour
 from services.runtime.log_file import read_messages
 
 FPS = 10

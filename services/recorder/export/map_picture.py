@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PIL import Image, ImageDraw
 
+from robots.colours import BLUE, GREEN, GREY, ORANGE, class_colour
 from schemas.arrays import Floats
 from schemas.belief import MapBelief, OccupancyGrid
 from schemas.geometry import Pose2
-from services.recorder.viewer.colours import BLUE, GREEN, GREY, ORANGE, class_colour
 from services.recorder.viewer.ground import grid_colours
 from services.recorder.viewer.scene import (
     guess_opacity,

@@ -14,13 +14,12 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.message import Message
 from google.protobuf.timestamp_pb2 import Timestamp
 
+from robots.colours import Rgb
 from schemas.arrays import Floats
 from schemas.geometry import Pose3
 
 MAP, ODOM, BASE, CAMERA, LASER = "map", "odom", "base", "camera", "laser"
 """Names of the frames, as in `schemas.geometry`."""
-
-Rgb = tuple[int, int, int]
 
 
 def time_of(stamp_ns: int) -> Timestamp:

@@ -10,9 +10,9 @@ from foxglove_schemas_protobuf.PointsAnnotation_pb2 import PointsAnnotation
 from foxglove_schemas_protobuf.TextAnnotation_pb2 import TextAnnotation
 from PIL import Image
 
+from robots.colours import class_colour
 from schemas.perception import Detections
 from schemas.sensing import RgbdFrame
-from services.recorder.viewer.colours import class_colour
 from services.recorder.viewer.parts import CAMERA, colour, time_of
 
 JPEG_QUALITY = 85

@@ -11,12 +11,11 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
 from foxglove_schemas_protobuf.TextPrimitive_pb2 import TextPrimitive
 
+from robots.colours import GREEN, ORANGE, SKY, Rgb
 from schemas.geometry import Pose3
 from schemas.task import Decision, Goal, GoalStatus, InstructionStatus, TaskState
-from services.recorder.viewer.colours import GREEN, ORANGE, SKY
 from services.recorder.viewer.parts import (
     MAP,
-    Rgb,
     colour,
     on_floor,
     points,

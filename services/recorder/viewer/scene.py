@@ -8,11 +8,11 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.TextPrimitive_pb2 import TextPrimitive
 from numpy.typing import NDArray
 
+from robots.colours import BLUE, GREY, class_colour
 from robots.spec import RobotSpec
 from schemas.arrays import Floats
 from schemas.belief import MapBelief, first_topology, shared
 from schemas.sensing import Odometry
-from services.recorder.viewer.colours import BLUE, GREY, class_colour
 from services.recorder.viewer.parts import (
     BASE,
     MAP,

@@ -8,11 +8,10 @@ A data set is a folder with `frames/000000.jpg ...` (RGB) and `shards/*.npz`, ea
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from services.perception.errors import MissingFramesError
+from services.perception.training.pictures import read_picture, shards_in
 
 
 @dataclass(frozen=True)
@@ -35,15 +34,10 @@ def read_frames(folder: Path) -> list[Frame]:
     Raises:
         MissingFramesError: there is no shard, or a picture is missing.
     """
-    shards = sorted((folder / "shards").glob("??????.npz"))
-    if not shards:
-        raise MissingFramesError(
-            f"no training pictures in {folder}: expected shards/000000.npz there"
-        )
     frames: list[Frame] = []
-    for shard in shards:
+    for shard in shards_in(folder):
         for boxes, classes, ignored in _labels(shard):
-            color = _read_picture(folder / "frames" / f"{len(frames):06d}.jpg")
+            color = read_picture(folder, len(frames))
             frames.append(Frame(color, boxes, classes, ignored))
     return frames
 
@@ -58,10 +52,3 @@ def _labels(
         ignored = arrays["ignored"] if "ignored" in arrays else np.zeros(len(classes), np.bool_)
     columns = (np.split(column, cuts) for column in (boxes, classes, ignored))
     return list(zip(*columns, strict=True))
-
-
-def _read_picture(path: Path) -> NDArray[np.uint8]:
-    picture = cv2.imread(str(path), cv2.IMREAD_COLOR_RGB)
-    if picture is None:
-        raise MissingFramesError(f"cannot read the training picture {path}")
-    return np.asarray(picture, np.uint8)

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from robots.wheelchair.spec import WHEELCHAIR
 from schemas.arrays import Floats, Ints
 from schemas.geometry import Pose2, Pose3
-from services.perception.errors import MissingFramesError
 from services.perception.places.windows import points_ahead, window_pictures, window_width
 from services.perception.space.rays import camera_rays, depth_metres
+from services.perception.training.pictures import read_picture, shards_in
 from sim.scenes.rooms import ROOM_KINDS, Suite
 from sim.scenes.rooms_furnished import furnished_suite
 from sim.scenes.rooms_views import raised_mount, random_pose, tilted
@@ -128,25 +128,17 @@ def read_places(folder: Path) -> list[PlacePicture]:
     Raises:
         MissingFramesError: there is no shard, or a picture is missing.
     """
-    shards = sorted((folder / "shards").glob("??????.npz"))
-    if not shards:
-        raise MissingFramesError(
-            f"no pictures of places in {folder}: expected shards/000000.npz there"
-        )
     pictures: list[PlacePicture] = []
-    for shard in shards:
+    for shard in shards_in(folder):
         with np.load(shard) as arrays:
             for here, ahead in zip(arrays["here"], arrays["ahead"], strict=True):
-                name = folder / "frames" / f"{len(pictures):06d}.jpg"
-                pictures.append(PlacePicture(_windows(name), int(here), ahead.astype(np.int32)))
+                windows = _windows(read_picture(folder, len(pictures)))
+                pictures.append(PlacePicture(windows, int(here), ahead.astype(np.int32)))
     return pictures
 
 
-def _windows(path: Path) -> NDArray[np.uint8]:
-    strip = cv2.imread(str(path), cv2.IMREAD_COLOR_RGB)
-    if strip is None:
-        raise MissingFramesError(f"cannot read the training picture {path}")
-    return np.array(np.split(np.asarray(strip, np.uint8), strip.shape[1] // window_width, axis=1))
+def _windows(strip: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    return np.array(np.split(strip, strip.shape[1] // window_width, axis=1))
 
 
 def contact_sheet(pictures: list[PlacePicture], path: Path, rows: int = 16) -> None:

@@ -1,8 +1,8 @@
-"""The colours of the page: one of Okabe and Ito's for each class of objects."""
+"""Colours by class: Okabe and Ito's, which colour-blind eyes tell apart."""
 
 import zlib
 
-from services.recorder.viewer.parts import Rgb
+Rgb = tuple[int, int, int]
 
 ORANGE: Rgb = (230, 159, 0)
 SKY: Rgb = (86, 180, 233)
@@ -27,5 +27,5 @@ _cycle = (ORANGE, SKY, GREEN, BLUE, VERMILLION, PURPLE)
 
 
 def class_colour(name: str) -> Rgb:
-    """The same in every run."""
+    """Colour of an object class; the same on every page, in every log and in every run."""
     return _of_class.get(name) or _cycle[zlib.crc32(name.encode()) % len(_cycle)]
