@@ -147,7 +147,9 @@ def features(
     area = _new_area(situation, candidates) * (1 - stop)
     reach = (candidates.object_id[:, None] == referents.figure_id) & referents.figure_seen
     length = situation.travel.to(candidates.pose[:, :2])
-    way = way_to_goal(situation.pose, length, candidates, referents, situation.view)
+    way = way_to_goal(
+        situation.pose, length, candidates, referents, situation.view, situation.terrain
+    )
     see_either = 1 - (1 - see_figure) * (1 - see_landmark)
     move = (1 - stop)[:, None]
     stop_found = stop[:, None] * here[:, None] * (reach & referents.found)

@@ -217,7 +217,7 @@ class BeliefPolicy:
         if self._view.half_angle < np.pi:
             parts.append(places.turns(pose))
         parts += places.views_of(places.hypotheses(referents), pose, self._view.range_max)
-        looks = places_to_look(referents, self._view)
+        looks = places_to_look(referents, self._view, situation.terrain)
         parts.append(places.standing_at(looks, pose))
         parts += [self._ways_to(belief, one, situation, pose) for one in seen_figures(referents)]
         return candidates_of.joined(parts)

@@ -19,6 +19,7 @@ from services.policy.candidates import Candidates
 from services.policy.places import stand_off
 from services.policy.referents import Referents
 from services.policy.sight import Legs, distances, shown_from
+from services.policy.terrain import Terrain
 from services.policy.view import FieldOfView
 
 _looks = 16
@@ -30,6 +31,9 @@ _not_found = 15.0
 """Detour to what the sweep does not show, beside the straight way from its end [m]."""
 _pause = 1.0
 """Every move costs a look and a decision, worth this much of way [m]."""
+_exhausted = 0.005
+"""Where a thing would have been missed with less than this probability, it was looked for as well
+as can be: who misses it there once more misses it always."""
 _overlap = 0.8
 """Looks are this share of the reach apart, so that no gaps are left between them."""
 
@@ -44,15 +48,17 @@ class Quest:
     """(H, 2), map frame [m]"""
     landmark: Floats
     """(H, 2), map frame [m]"""
-    figure_seen: Flags
-    """(H,)"""
     landmark_seen: Flags
+    """(H,)"""
+    shows_figure: Flags
+    """(H,) Whether a look at its place can show the figure for the first time."""
+    shows_landmark: Flags
     """(H,)"""
 
     def resolved(self, figure_at: Floats, landmark_at: Floats) -> Floats:
         """How far along (..., H) something new comes into view, by when each thing does."""
-        figure = np.where(self.figure_seen, np.inf, figure_at)
-        return np.minimum(figure, np.where(self.landmark_seen, np.inf, landmark_at))
+        figure = np.where(self.shows_figure, figure_at, np.inf)
+        return np.minimum(figure, np.where(self.shows_landmark, landmark_at, np.inf))
 
     def rest(self, x: Floats, y: Floats, figure_first: Flags, view: FieldOfView) -> Floats:
         """Way to the figure (..., H) from the place x, y where something came into view.
@@ -81,7 +87,12 @@ class _Ways:
 
 
 def way_to_goal(
-    pose: Floats, lengths: Floats, candidates: Candidates, referents: Referents, view: FieldOfView
+    pose: Floats,
+    lengths: Floats,
+    candidates: Candidates,
+    referents: Referents,
+    view: FieldOfView,
+    terrain: Terrain,
 ) -> Floats:
     """Way (C, M) [m] to the figure of each reading, if each candidate is taken first.
 
@@ -91,22 +102,24 @@ def way_to_goal(
         candidates: C of them.
         referents: M readings.
         view: how far and how wide the robot sees.
+        terrain: where it has looked.
     """
     own = (candidates.object_id[:, None] == referents.figure_id) & referents.figure_seen
     rest = distances(candidates.pose[:, :2], referents.figure)
     ways = lengths[:, None] + np.where(own, 0.0, _last_leg(rest))
-    pending, quest = _quest(referents)
+    pending, quest = _quest(referents, terrain)
     if len(pending):
         ways[:, pending] = _planned(pose, lengths, candidates, quest, view)
-    weight = (referents.probability * referents.stake)[referents.known]
-    expected = ways[:, referents.known] @ _share(weight)
-    # What no hypothesis explains is no reason to prefer one candidate.
-    return np.where(referents.known, ways, expected[:, None])
+    counted = referents.found.copy()
+    counted[pending] = True
+    expected = ways[:, counted] @ _share((referents.probability * referents.stake)[counted])
+    # What no hypothesis explains, and no look can show, is no reason to prefer one candidate.
+    return np.where(counted, ways, expected[:, None])
 
 
-def places_to_look(referents: Referents, view: FieldOfView) -> Floats:
+def places_to_look(referents: Referents, view: FieldOfView, terrain: Terrain) -> Floats:
     """Few places (N, 2) that together show everything that is left to see."""
-    pending, quest = _quest(referents)
+    pending, quest = _quest(referents, terrain)
     return _cover(quest, view) if len(pending) else np.zeros((0, 2))
 
 
@@ -119,9 +132,11 @@ def _share(weight: Floats) -> Floats:
     return weight / max(float(weight.sum()), 1e-12)
 
 
-def _quest(referents: Referents) -> tuple[Ints, Quest]:
+def _quest(referents: Referents, terrain: Terrain) -> tuple[Ints, Quest]:
     """Rows of the readings in which something is left to see, and these as a quest."""
-    rows = np.flatnonzero(referents.known & ~referents.found).astype(np.int32)
+    figure = ~referents.figure_seen & (terrain.missed_at(referents.figure) > _exhausted)
+    landmark = ~referents.landmark_seen & (terrain.missed_at(referents.landmark) > _exhausted)
+    rows = np.flatnonzero(referents.known & (figure | landmark)).astype(np.int32)
     # Ties are broken by place, so that the order of the hypotheses means nothing.
     keys = np.concatenate([referents.figure[rows].T, referents.landmark[rows].T])
     rows = rows[np.lexsort(keys)]
@@ -129,8 +144,9 @@ def _quest(referents: Referents) -> tuple[Ints, Quest]:
         weight=_share((referents.probability * referents.stake)[rows]),
         figure=referents.figure[rows],
         landmark=referents.landmark[rows],
-        figure_seen=referents.figure_seen[rows],
         landmark_seen=referents.landmark_seen[rows],
+        shows_figure=figure[rows],
+        shows_landmark=landmark[rows],
     )
     return rows, quest
 
@@ -235,7 +251,7 @@ def _best_of_each(owner: Ints, score: Floats | Ints) -> Ints:
 
 def _cover(quest: Quest, view: FieldOfView) -> Floats:
     """Places (N, 2), the one that shows most of what the ones before did not show first."""
-    figure, landmark = ~quest.figure_seen, ~quest.landmark_seen
+    figure, landmark = quest.shows_figure, quest.shows_landmark
     places = np.concatenate([quest.figure[figure], quest.landmark[landmark]])
     left = np.concatenate([quest.weight[figure], quest.weight[landmark]])
     near = (distances(places, places) < _overlap * view.reach).astype(np.float64)

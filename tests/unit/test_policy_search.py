@@ -5,11 +5,13 @@ import itertools
 import numpy as np
 import pytest
 
+from schemas.belief import OccupancyGrid
 from services.policy.candidates import Kind, looking
 from services.policy.places import stand_off
 from services.policy.referents import Referents
 from services.policy.search import places_to_look, way_to_goal
 from services.policy.sight import Legs, shown_from
+from services.policy.terrain import Terrain, terrain_of
 from services.policy.view import FieldOfView
 
 ALL_ROUND = FieldOfView(np.pi, 3.0, 0.0, 1.0, 1.0)
@@ -42,9 +44,29 @@ def going_to(*places):
     return looking(Kind.HYPOTHESISED, points + np.array([0.1, 0.0]), points)
 
 
-def ways(places, hypotheses, view=ALL_ROUND):
+def ground(looked_at=()) -> Terrain:
+    """Square of 60 m about the start, with places of 1 m that were looked at again and again."""
+    looked = np.zeros((150, 150), np.int8)
+    for x, y in looked_at:
+        row, column = int((y + 30) / 0.4), int((x + 30) / 0.4)
+        looked[row - 1 : row + 2, column - 1 : column + 2] = -62
+    return terrain_of(
+        OccupancyGrid(
+            stamp_ns=0,
+            origin=(-30.0, -30.0),
+            resolution=0.4,
+            occupancy=np.zeros_like(looked),
+            looked=looked,
+        )
+    )
+
+
+NOT_LOOKED = ground()
+
+
+def ways(places, hypotheses, view=ALL_ROUND, terrain=NOT_LOOKED):
     lengths = np.hypot(*np.array(places, float).T)
-    return way_to_goal(HERE, lengths, going_to(*places), hypotheses, view)
+    return way_to_goal(HERE, lengths, going_to(*places), hypotheses, view, terrain)
 
 
 @pytest.mark.parametrize("view", [ALL_ROUND, AHEAD])
@@ -121,7 +143,7 @@ def test_the_best_sweep_is_that_of_trying_all_orders(seed):
 def test_a_look_on_the_way_to_another_is_no_detour():
     """Or the robot would hop from look to look and never get to where it wanted."""
     figure = np.random.default_rng(3).normal((14, 0), (2, 5), (80, 2))
-    places = places_to_look(referents(figure), ALL_ROUND)
+    places = places_to_look(referents(figure), ALL_ROUND, NOT_LOOKED)
     directly, hopping = (ways(ends, referents(figure)) for ends in (places, places / 4))
     weight = referents(figure).probability
     assert (directly @ weight).min() < (hopping @ weight).min()
@@ -141,6 +163,24 @@ def test_seeing_the_landmark_tells_where_the_figure_is():
 def test_an_unseen_landmark_costs_a_detour_to_confirm_it():
     figure, far = np.array([[6.0, 0.0]]), np.array([[6.0, 9.0]])
     assert ways([(5, 0)], referents(figure, far)) > ways([(5, 0)], referents(figure))
+
+
+def test_who_looked_well_does_not_look_again():
+    """Or the robot turns back to what it just left, and away from it as soon as it is near."""
+    hypotheses = referents([[2.0, 0.0], [-9.0, 0.0]], weights=[1, 3])
+    looked = ground(looked_at=[(2.0, 0.0)])
+    near, far = [(3.0, 0.0)], [(-9.0, 0.0)]
+    way_of_looked = [ways(to, hypotheses, terrain=looked)[0, 0] for to in (near, far)]
+    left = [ways(to, hypotheses, terrain=looked)[0, 1] for to in (near, far)]
+    assert way_of_looked == pytest.approx(left)
+    assert len(places_to_look(hypotheses, ALL_ROUND, looked)) == 1
+
+
+def test_where_all_was_looked_at_no_way_is_better_than_another():
+    hypotheses = referents([[2.0, 0.0], [-9.0, 0.0]])
+    looked = ground(looked_at=[(2.0, 0.0), (-9.0, 0.0)])
+    assert np.ptp(ways([(3.0, 0.0), (-5.0, 4.0)], hypotheses, terrain=looked)) == 0
+    assert len(places_to_look(hypotheses, ALL_ROUND, looked)) == 0
 
 
 def test_a_metre_counts_for_one_on_average_and_for_more_where_the_goal_is_near():
