@@ -16,7 +16,7 @@ from services.mapping.particles import (
     hypothesised_figure,
     hypothesised_landmark,
 )
-from services.mapping.target import missed
+from services.mapping.target import left_for, missed
 from services.mapping.topology import Topology, assignment
 
 _prior_existence = 0.9
@@ -171,16 +171,18 @@ def _hypothesised(
     radii = [prior.typical_radius(semantic.classes[index]) for index in classes.tolist()]
     side = 2 * np.array(radii)
     evidence = semantic.evidence
-    log_missed = np.zeros(len(rows))
+    log_missed, left = np.zeros(len(rows)), places.copy()
     for index in np.unique(classes).tolist():
-        log_missed[classes == index] = missed(places[classes == index], index, evidence)
+        own = classes == index
+        log_missed[own] = missed(places[own], index, evidence)
+        left[own] = left_for(places[own], index, evidence)
     unseen = _prior_existence * np.exp(log_missed)
     return _Rows(
         particle=rows,
         node=np.full(len(rows), node, np.int32),
         class_index=classes,
         class_probability=np.ones(len(rows)),
-        position=places,
+        position=left,
         covariance=np.tile(relations.residual**2 * np.eye(2), (len(rows), 1, 1)),
         extent=np.stack([side, side, np.full(len(rows), _typical_height)], axis=1),
         existence=unseen / (unseen + 1 - _prior_existence),

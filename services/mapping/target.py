@@ -101,6 +101,18 @@ def missed(points: Floats, class_index: int | None, evidence: Evidence) -> Float
     return np.where(taken, free + _overlooked, free)
 
 
+def left_for(points: Floats, class_index: int | None, evidence: Evidence) -> Floats:
+    """Mean place (n, 2) of a thing around each point (n, 2), given that it was not seen.
+
+    The relation says where a thing is up to its residual; what was looked at of that is less likely
+    to hold it, and the rest lies further from where the robot has been.
+    """
+    around = points[:, None] + _sigma_points
+    log_share = _log_unseen(around, class_index, evidence)
+    share = np.exp(log_share - log_share.max(axis=1, keepdims=True))
+    return np.einsum("ns,nsd->nd", share, around) / share.sum(axis=1, keepdims=True)
+
+
 def _log_unseen(points: Floats, class_index: int | None, evidence: Evidence) -> Floats:
     """Log probability (...) that a thing at each point (..., 2) would not have been seen."""
     if evidence.layout is not None and evidence.is_place(class_index):
