@@ -9,7 +9,7 @@ from schemas.geometry import Pose2
 from services.policy.candidates import Candidates, Kind
 from services.policy.referents import Referents
 
-_after_metres = 3.0
+_after_metres = 2.0
 _after_s = 20.0
 """So long without a decision means that the goal was lost on the way [s]."""
 _settle_s = 0.6
