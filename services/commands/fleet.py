@@ -8,8 +8,14 @@ import tyro
 
 from schemas.errors import UserError
 from schemas.run import RunConfig
-from services.commands.detectors import chosen
 from services.commands.output import print_json, print_table, say
+from services.commands.run_options import (
+    DEFAULTS,
+    NO_SOURCE,
+    RunOptions,
+    SourceOptions,
+    config_of,
+)
 from services.process_table import Process, process_named
 from services.roles import HUB, ROLES, services_of
 
@@ -24,13 +30,8 @@ def hub(
     role: tuple[str, ...] = (),
     robot: str = "husky",
     world: str = "hydrant",
-    seed: int = 0,
-    particles: int = 100,
-    port: int = 8080,
-    no_record: bool = False,
-    realm: str = "default",
-    detector: tuple[Path, ...] = (),
-    classes: tuple[Path, ...] = (),
+    system: RunOptions = DEFAULTS,
+    source: SourceOptions = NO_SOURCE,
     settings: bool = False,
 ) -> int:
     """Be what the machines of a system connect to, until Ctrl-C.
@@ -43,13 +44,8 @@ def hub(
         role: run the services of this role here as well.
         robot: one of 'incognita robots'.
         world: one of 'incognita worlds', or a world file.
-        seed: decides the world, the noise and every random choice.
-        particles: number of map hypotheses.
-        port: of the page, where one runs.
-        no_record: without a log.
-        realm: isolates parallel systems.
-        detector: ONNX files of other networks that find objects; several work as one.
-        classes: a file with the class names of each, where they do not say them themselves.
+        system: how it runs.
+        source: where pictures come from.
         settings: print Zenoh's settings with the access rules, as JSON, and start nothing.
     """
     from robots.catalogue import get_robot
@@ -60,29 +56,19 @@ def hub(
     identity = _hub_identity(read_identity(tls)) if tls else None
     endpoints = _endpoints(listen, identity)
     if settings:
-        return _print_settings(endpoints, identity, realm, robot)
-    detectors, detector_classes = chosen(detector, classes)
-    run = RunConfig(
-        robot=robot,
-        world=world,
-        seed=seed,
-        particles=particles,
-        realm=realm,
-        detectors=detectors,
-        detector_classes=detector_classes,
-        web_port=port,
-    )
+        return _print_settings(endpoints, identity, system.realm, robot)
+    run = config_of(robot, world, system, source)
     here = [process for name in role for process in services_of(name, run)]
     names = [process.name for process in here]
     if "robot" in names:
         _require_world(run)
-    run = prepared(run, Path("runs"), web="web" in names, record=not no_record)
-    system = System(
+    run = prepared(run, Path("runs"), web="web" in names, record=not system.no_record)
+    served = System(
         run, say, here, elsewhere=_elsewhere(here, run), listen=endpoints, identity=identity
     )
-    stop_on_signals(system.stop_requested)
-    say(f"hub of realm {realm} ({robot} in world {world}) at {', '.join(endpoints) or 'no port'}")
-    system.serve(None, exit_when_done=False, on_ready=lambda: _announce(run))
+    stop_on_signals(served.stop_requested)
+    say(f"hub of realm {run.realm} ({robot} in {world}) at {', '.join(endpoints) or 'no port'}")
+    served.serve(None, exit_when_done=False, on_ready=lambda: _announce(run))
     return 0
 
 
