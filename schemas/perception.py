@@ -100,6 +100,25 @@ class Bodies(Struct, frozen=True, kw_only=True):
 SOLID_KINDS = ("box", "cylinder", "ball")
 
 
+class Inspection(Struct, frozen=True, kw_only=True):
+    """What a look into an open thing showed; to have found nothing in it is evidence too."""
+
+    stamp_ns: int
+    """Of the picture."""
+    odom_from_base: Pose2
+    """Dead reckoning at the picture."""
+    label: str
+    """Class of the thing that was looked into."""
+    center_base: Annotated[Floats, Shape("2")]
+    """Its middle in the base frame [m]."""
+    seen: float
+    """Share of its floor that was in view, in [0, 1]."""
+    sought: tuple[str, ...]
+    """Classes that would have been recognised."""
+    found: tuple[str, ...]
+    """Classes of the things that lie in it, one for each thing."""
+
+
 class SceneObservation(Struct, frozen=True, kw_only=True):
     """What kinds of places one frame shows, from image-based scene classification or from tags.
 

@@ -102,6 +102,11 @@ class HandlingFailure(StrEnum):
     NOT_HELD = "not_held"
     DROPPED = "dropped"
     LOST = "lost"
+    """It is not where it was, or the base is not."""
+    FULL = "full"
+    """The gripper holds something already."""
+    BLIND = "blind"
+    """The wrist's camera gives no picture."""
 
 
 class HandlingGoal(Struct, frozen=True, kw_only=True):

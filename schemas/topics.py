@@ -13,7 +13,14 @@ from schemas.fleet import Access, AccessRequest, ClockReading, ClockRequest, Run
 from schemas.health import Fault, Heartbeat, StatusRequest, SystemStatus, Tick
 from schemas.language import Annotations, Answer, Behaviors, Instruction
 from schemas.motion import ArmCommand, BaseCommand, DriverCheckpoint, GripperCommand, StopLatch
-from schemas.perception import Bodies, Detections, Fiducials, Focus, SceneObservation
+from schemas.perception import (
+    Bodies,
+    Detections,
+    Fiducials,
+    Focus,
+    Inspection,
+    SceneObservation,
+)
 from schemas.run import RunConfig
 from schemas.sensing import JointState, LaserScan, Odometry, RgbdFrame, WristFrame
 from schemas.task import (
@@ -114,6 +121,10 @@ GRIPPER_COMMAND = Topic("gripper/command", GripperCommand, _never, 0, rank=25)
 WRIST_RGBD = Topic("wrist/rgbd", WristFrame, _latest, 5, rank=26)
 HANDLING_GOAL = Topic("handling/goal", HandlingGoal, _never, 0, rank=27, keep_last=True)
 HANDLING_STATUS = Topic("handling/status", HandlingStatus, _latest, 2, rank=28, keep_last=True)
+WRIST_DETECTIONS = Topic("wrist/detections", Detections, _latest, 5, rank=33)
+"""Of the wrist's camera: it tells what is there, and nothing of the ground that it did not see."""
+WRIST_BODIES = Topic("wrist/bodies", Bodies, _latest, 5, rank=34)
+INSPECTION = Topic("handling/inspection", Inspection, _never, 0, rank=35)
 FIDUCIALS = Topic("fiducials", Fiducials, _latest, 5, rank=21)
 FOCUS = Topic("focus", Focus, _latest, 5, rank=23)
 HEARTBEAT = Topic("heartbeat", Heartbeat, _never, 5, rank=30)
@@ -150,6 +161,9 @@ ALL_TOPICS: tuple[Topic[Any], ...] = (
     WRIST_RGBD,
     HANDLING_GOAL,
     HANDLING_STATUS,
+    WRIST_DETECTIONS,
+    WRIST_BODIES,
+    INSPECTION,
     HEARTBEAT,
     FAULT,
     SYSTEM_STATUS,
