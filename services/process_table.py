@@ -33,6 +33,8 @@ class Process:
     """Whether the process takes part where no person watches."""
     needs_places: bool = False
     """Whether the process only runs for robots that have words for places."""
+    needs_arm: bool = False
+    """Whether the process only runs for robots with an arm."""
     guest: bool = False
     """Whether the process is started by hand beside a run. It says nothing to the others, not even
     that it lives, so that who only looks needs no right to speak."""
@@ -49,7 +51,9 @@ class Process:
         if self.name in ("camera", "robot"):
             # Pictures from outside have no robot that drives through them.
             return bool(run.camera) == (self.name == "camera")
-        return not self.needs_places or bool(get_robot(run.robot).symbols.locations)
+        robot = get_robot(run.robot)
+        places = not self.needs_places or bool(robot.symbols.locations)
+        return places and (not self.needs_arm or robot.arm is not None)
 
 
 _shown: Topics = (
@@ -102,8 +106,22 @@ PROCESSES: tuple[Process, ...] = (
         name="perception",
         node="services.perception.node:PerceptionNode",
         latency_ms=40.0,
-        listens=(topics.RGBD, topics.ANNOTATIONS, topics.INSTRUCTION_STATUS),
-        publishes=(topics.DETECTIONS, topics.BODIES, topics.FOCUS, topics.SCENE, topics.FAULT),
+        listens=(
+            topics.RGBD,
+            topics.ANNOTATIONS,
+            topics.INSTRUCTION_STATUS,
+            topics.WRIST_RGBD,
+            topics.HANDLING_STATUS,
+        ),
+        publishes=(
+            topics.DETECTIONS,
+            topics.BODIES,
+            topics.FOCUS,
+            topics.SCENE,
+            topics.WRIST_DETECTIONS,
+            topics.WRIST_BODIES,
+            topics.FAULT,
+        ),
         purpose="finds objects and kinds of places in camera pictures",
     ),
     Process(
@@ -148,6 +166,8 @@ PROCESSES: tuple[Process, ...] = (
             topics.SCENE,
             topics.ANNOTATIONS,
             topics.DETECTIONS,
+            topics.WRIST_DETECTIONS,
+            topics.INSPECTION,
         ),
         publishes=(topics.GRID, topics.BELIEF, topics.FAULT),
         purpose="keeps the distribution over maps",
@@ -165,9 +185,15 @@ PROCESSES: tuple[Process, ...] = (
             topics.BELIEF,
             topics.BEHAVIORS,
             topics.GOAL_STATUS,
+            topics.HANDLING_STATUS,
         ),
-        publishes=(topics.DECISION, topics.GOAL, topics.INSTRUCTION_STATUS),
-        purpose="chooses where to go, and when to stop",
+        publishes=(
+            topics.DECISION,
+            topics.GOAL,
+            topics.HANDLING_GOAL,
+            topics.INSTRUCTION_STATUS,
+        ),
+        purpose="chooses where to go, what to handle, and when to stop",
     ),
     Process(
         name="navigation",
@@ -183,6 +209,31 @@ PROCESSES: tuple[Process, ...] = (
         ),
         publishes=(topics.BASE_COMMAND, topics.GOAL_STATUS),
         purpose="plans a path to the goal and follows it",
+    ),
+    Process(
+        name="manipulation",
+        node="services.manipulation.node:ManipulationNode",
+        # Of all messages but those after which it plans: that time the node itself lets pass.
+        latency_ms=5.0,
+        listens=(
+            topics.STOP,
+            topics.ODOMETRY,
+            topics.JOINT_STATE,
+            topics.DETECTIONS,
+            topics.BODIES,
+            topics.BELIEF,
+            topics.HANDLING_GOAL,
+            topics.WRIST_DETECTIONS,
+            topics.WRIST_BODIES,
+        ),
+        publishes=(
+            topics.ARM_COMMAND,
+            topics.GRIPPER_COMMAND,
+            topics.HANDLING_STATUS,
+            topics.INSPECTION,
+        ),
+        needs_arm=True,
+        purpose="looks into boxes, takes things and puts them down",
     ),
     Process(
         name="recorder",

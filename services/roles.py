@@ -67,7 +67,7 @@ ROLES: tuple[Role, ...] = (
     Role(
         "robot",
         "the sensors, and all that moves it",
-        ("robot", "camera", "navigation"),
+        ("robot", "camera", "navigation", "manipulation"),
         needed=True,
     ),
     Role(

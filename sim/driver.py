@@ -135,6 +135,11 @@ class SapienDriver:
         """Ground truth, for `sim.oracle` alone."""
         return self._world_from_base
 
+    @property
+    def arm_joints(self) -> np.ndarray:
+        """Angles of the arm's joints (6,) as they truly are, for evaluation [rad]."""
+        return self._moved_arm().body.positions[:6]
+
     def command(self, command: BaseCommand) -> None:
         """Take a velocity; it is obeyed within the limits until it expires."""
         self._governor.take(command, self.stamp_ns)

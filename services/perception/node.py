@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 
 import numpy as np
+from msgspec.structs import replace
 
 from robots.catalogue import get_robot
 from schemas import topics
@@ -10,8 +11,8 @@ from schemas.faults import FaultLog
 from schemas.language import Annotations
 from schemas.perception import Focus
 from schemas.run import RunConfig
-from schemas.sensing import RgbdFrame
-from schemas.task import InstructionStatus
+from schemas.sensing import RgbdFrame, WristFrame
+from schemas.task import HandlingStatus, InstructionStatus, TaskState
 from schemas.topics import Handlers, Output
 from services.perception.attention.attention import Attention, Plan
 from services.perception.attention.interest import Interest
@@ -22,6 +23,8 @@ from services.perception.errors import PerceptionError
 from services.perception.scene import Look, Recogniser, Seen
 from services.perception.soundness import require_sound
 from services.perception.space.forms import read_forms
+
+_no_view = np.zeros(0)
 
 
 class PerceptionNode:
@@ -41,6 +44,7 @@ class PerceptionNode:
         self._attention = Attention(self._detector.groups, range_max)
         self._savings = Savings(self._detector.pixels)
         self._faults, self._dropped = FaultLog("perception"), 0
+        self._handling = False
 
     def handlers(self) -> Handlers:
         """Camera frames, and what decides what matters in them."""
@@ -48,6 +52,8 @@ class PerceptionNode:
             topics.RGBD: self.on_frame,
             topics.ANNOTATIONS: self.on_annotations,
             topics.INSTRUCTION_STATUS: self.on_status,
+            topics.WRIST_RGBD: self.on_wrist,
+            topics.HANDLING_STATUS: self.on_handling,
         }
 
     def on_annotations(self, annotations: Annotations) -> Iterable[Output]:
@@ -78,6 +84,27 @@ class PerceptionNode:
             self._attention.forget()
             self._faults.note("frame dropped", f"{error}; {self._dropped} dropped so far")
             return [topics.FAULT.of(one) for one in self._faults.due(frame.stamp_ns)]
+
+    def on_handling(self, status: HandlingStatus) -> Iterable[Output]:
+        """Look through the wrist's camera for as long as the arm is at work."""
+        self._handling = status.state is TaskState.ACTIVE
+        return ()
+
+    def on_wrist(self, frame: WristFrame) -> Iterable[Output]:
+        """The same for a picture of the wrist's camera, which tells nothing of the ground."""
+        if not self._handling:
+            return []
+        try:
+            require_sound(frame)
+            seen = self._recogniser.recognised(frame)
+        except PerceptionError as error:
+            self._dropped += 1
+            self._faults.note(
+                "wrist frame dropped", f"{error}; {self._dropped} frames dropped so far"
+            )
+            return [topics.FAULT.of(one) for one in self._faults.due(frame.stamp_ns)]
+        detections = replace(seen.detections, view_bearings=_no_view, view_ranges=_no_view)
+        return [topics.WRIST_DETECTIONS.of(detections), topics.WRIST_BODIES.of(seen.bodies)]
 
     def _attend(self) -> None:
         if self._attention.want(self._interest.wanted):

@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from robots.catalogue import robot_of
-from schemas import topics
 from schemas.run import RunConfig
 from services.process_table import PROCESSES, Process
 from services.runtime.node import Node, node_generator
 from services.runtime.worker import build_node
 from sim.driver import SapienDriver
+from sim.experiments.body_model import BodySettings, ModelledBodies
 from sim.experiments.perception_model import ModelledPerception, PerceptionSettings
 from sim.node import RobotNode
 from sim.world import make_world
@@ -40,9 +40,17 @@ def modelled_assembly(run: RunConfig, settings: PerceptionSettings) -> Assembly:
     spec, world = robot_of(run), make_world(run.world, run.seed)
     driver = SapienDriver(spec, world, run.seed, camera=False)
     rng = node_generator(run, "perception")
-    perception = ModelledPerception(
-        world, lambda: driver.world_from_base, spec.camera, settings, rng, spec.symbols.locations
-    )
+    if spec.arm:
+        perception: Node = ModelledBodies(world, driver, spec, BodySettings(), rng)
+    else:
+        perception = ModelledPerception(
+            world,
+            lambda: driver.world_from_base,
+            spec.camera,
+            settings,
+            rng,
+            spec.symbols.locations,
+        )
     models: dict[str, Node] = {
         "robot": RobotNode(run, node_generator(run, "robot"), driver),
         "perception": perception,
@@ -50,15 +58,15 @@ def modelled_assembly(run: RunConfig, settings: PerceptionSettings) -> Assembly:
     nodes: dict[Process, Node] = {}
     for process in PROCESSES:
         if process.name in models:
-            nodes[_row(process)] = models[process.name]
-        elif process.lockstep and not process.needs_places:
+            nodes[_row(process, models[process.name])] = models[process.name]
+        elif process.lockstep and not process.needs_places and process.takes_part(run):
             # Modelled perception recognises places too.
             nodes[process] = build_node(process, run)
     return Assembly(nodes, driver)
 
 
-def _row(process: Process) -> Process:
+def _row(process: Process, node: Node) -> Process:
     if process.name != "perception":
         return process
-    path = f"{ModelledPerception.__module__}:{ModelledPerception.__name__}"
-    return replace(process, node=path, listens=(topics.ODOMETRY,))
+    path = f"{type(node).__module__}:{type(node).__name__}"
+    return replace(process, node=path, listens=tuple(node.handlers()))

@@ -20,7 +20,7 @@ from robots.husky_ur5.spec import HUSKY_UR5, UR5
 from schemas.arrays import Floats
 from schemas.geometry import Pose2, Pose3
 from schemas.motion import GripperCommand
-from schemas.perception import SOLID_KINDS, Bodies
+from schemas.perception import Bodies
 from schemas.sensing import JointState, RgbdFrame
 from schemas.task import HandlingFailure
 from services.manipulation.collision import ArmCollision
@@ -34,9 +34,9 @@ from services.manipulation.obstacles import body_frame, from_bodies, own_body
 from services.manipulation.picking import Pick, plan_pick
 from services.manipulation.straight import tool_frame
 from services.manipulation.timing import Motion
-from services.perception.space.solids import solids_of
 from sim import vulkan
 from sim.assets.library import make_asset
+from sim.experiments.true_bodies import bounds, message_of, true_body
 from sim.scenes.model import Ground, PlacedObject, Sun, World
 
 HOLD_S = 3.0
@@ -71,7 +71,7 @@ def box_world(seed: int, label: str = "ball") -> World:
     at = Pose2(rng.uniform(0.80, 0.95), rng.uniform(-0.2, 0.2), rng.uniform(-math.pi, math.pi))
     box_look, look = int(rng.integers(1000)), _small_look(rng, label)
     length, width, _ = _inner(box_look)
-    low, high = _bounds(label, look)
+    low, high = bounds(label, look)
     reach = float(np.hypot(*np.maximum(-low, high)[:2])) if label != "ball" else float(high[0])
     free = np.maximum(np.array([length, width]) / 2 - reach - 0.035, 0.0)
     x, y = (rng.uniform(-1, 1, 2) * free).tolist()
@@ -105,54 +105,19 @@ def _small_look(rng: np.random.Generator, label: str) -> int:
     return look
 
 
-def _bounds(label: str, look: int) -> tuple[Floats, Floats]:
-    """Lowest and highest corner of what can be touched, each (3,) [m]."""
-    shapes = make_asset(label, look).collisions
-    low = np.min([np.subtract(s.center, s.half) for s in shapes], axis=0)
-    return low, np.max([np.add(s.center, s.half) for s in shapes], axis=0)
-
-
 def _inner(look: int) -> Floats:
     """Size of the tub of a box, without flaps and rims (3,) [m]."""
-    low, high = _bounds("box", look)
+    low, high = bounds("box", look)
     return high - low
 
 
 def true_bodies(world: World, thing: Pose3) -> tuple[Bodies, tuple[str, ...]]:
     """The things of a world as perception would tell them, the robot standing at the origin."""
-    labels = tuple(placed.label for placed in world.objects)
-    rows = [_true_box(placed, thing) for placed in world.objects]
-    poses, sizes = [pose for pose, _ in rows], np.array([size for _, size in rows])
-    solids = [
-        (row, solid) for row, label in enumerate(labels) for solid in solids_of(label, sizes[row])
-    ]
-    bodies = Bodies(
-        stamp_ns=0,
-        odom_from_base=Pose2(0.0, 0.0, 0.0),
-        positions_base=np.array([pose.position for pose in poses]),
-        wxyz_base=np.array([pose.wxyz for pose in poses]),
-        covariances=np.zeros((len(labels), 6, 6)),
-        sizes=sizes,
-        solid_rows=np.array([row for row, _ in solids], np.int32),
-        solid_kinds=np.array([SOLID_KINDS.index(solid.kind) for _, solid in solids], np.int32),
-        solid_centers=np.array([solid.center for _, solid in solids]),
-        solid_sizes=np.array([solid.size for _, solid in solids]),
+    bodies = [true_body(one, thing if one.id == THING else None) for one in world.objects]
+    exactly = [0.0] * len(bodies)
+    return message_of(bodies, _here, Pose2(0.0, 0.0, 0.0), exactly), tuple(
+        body.label for body in bodies
     )
-    return bodies, labels
-
-
-def _true_box(placed: PlacedObject, thing: Pose3) -> tuple[Pose3, Floats]:
-    """Pose of the middle of an object's box, x along its longer side, and its size."""
-    pose = thing if placed.id == THING else placed.world_from_object.lifted()
-    low, high = _bounds(placed.label, placed.look)
-    x, y, z = ((low + high) / 2).tolist()
-    level = Pose3((x, y, z), (1.0, 0.0, 0.0, 0.0))
-    size = high - low
-    if size[1] > size[0]:
-        level, size = Pose3((x, y, z), Pose2(0, 0, math.pi / 2).lifted().wxyz), size[[1, 0, 2]]
-    whole = pose @ level
-    # A ball has rolled a little, and looks the same.
-    return (Pose3(whole.position, (1.0, 0.0, 0.0, 0.0)) if placed.label == "ball" else whole), size
 
 
 class StuckError(Exception):
@@ -240,7 +205,7 @@ class BoxPick:
         if THING not in poses:
             return np.full(3, np.inf)
         placed = self.world.find(THING)
-        middle = poses[THING].apply(np.mean(_bounds(placed.label, placed.look), axis=0))
+        middle = poses[THING].apply(np.mean(bounds(placed.label, placed.look), axis=0))
         tool = tool_frame(UR5, self._joints[:6])
         return tool[:3, :3].T @ (middle - tool[:3, 3])
 

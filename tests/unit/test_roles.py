@@ -8,7 +8,7 @@ from schemas.run import RunConfig
 from services.process_table import PROCESSES, process_named
 from services.roles import ROLES, Role, role_named, services_of
 
-moves = {topics.BASE_COMMAND}
+moves = {topics.BASE_COMMAND, topics.ARM_COMMAND, topics.GRIPPER_COMMAND}
 asks_for_motion = {topics.INSTRUCTION, topics.ANSWER, topics.STOP, topics.CANCEL}
 
 
@@ -43,6 +43,13 @@ def test_services_that_a_run_does_not_need_are_left_out() -> None:
     outdoors = [process.name for process in services_of("compute", RunConfig(robot="husky"))]
     assert "scenes" not in outdoors
     assert "mapping" in outdoors
+
+
+def test_only_a_robot_with_an_arm_runs_what_moves_it() -> None:
+    for robot, has_arm in (("husky", False), ("husky_ur5", True)):
+        names = [process.name for process in services_of("robot", RunConfig(robot=robot))]
+        assert ("manipulation" in names) == has_arm
+        assert "navigation" in names
 
 
 def test_an_unknown_role_lists_those_there_are() -> None:
