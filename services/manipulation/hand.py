@@ -19,7 +19,16 @@ from schemas.task import HandlingFailure, TaskState
 from services.manipulation.errors import RefusalError
 from services.manipulation.following import Follower, Progress
 from services.manipulation.holding import is_held
-from services.manipulation.workspace import Grip, Move, Plan, Step, Steps, Watch, Workspace
+from services.manipulation.workspace import (
+    SETTLE_NS,
+    Grip,
+    Move,
+    Plan,
+    Step,
+    Steps,
+    Watch,
+    Workspace,
+)
 
 PLANNING_S = 0.5
 """So long planning may take [s]. A motion begins so long after it was planned by the stamps of the
@@ -30,8 +39,6 @@ _resting = 0.004
 """Between two readings fingers at rest move less [m]."""
 _watch_s = 2.0
 """So long a picture is waited for [s]."""
-_settle_s = 0.2
-"""A picture shows what was there after the arm came to rest only if it is so much younger [s]."""
 _still, _rest_s = 0.003, 0.3
 """Joints that turn less than this from one reading to the next, for so long, are at rest; only from
 there can a motion begin [rad], [s]."""
@@ -152,15 +159,15 @@ class Hand:
                 still = abs(self.work.gap - self._gap) < _resting
                 return waited_s >= most or (still and waited_s >= least)
             case Watch():
-                seen_s = (self.work.watched_ns - self._since_ns) / 1e9
-                return seen_s >= _settle_s or waited_s >= _watch_s
+                seen = self.work.since(self._since_ns + SETTLE_NS)
+                return len(seen) >= step.pictures or waited_s >= _watch_s
 
     def _has_arrived(self, step: Move) -> bool:
         assert self._follower is not None
         progress = self._follower.watch(self.work.joints, self.work.stamp_ns)
-        if progress is Progress.STUCK:
+        if progress is Progress.STUCK and not step.to_touch:
             raise RefusalError(HandlingFailure.STUCK, f"the arm does not move: it was {step.doing}")
-        return progress is Progress.ARRIVED
+        return progress is not Progress.MOVING
 
     def _require_still(self) -> None:
         here, stood = self.work.odom_from_base, self._stood

@@ -16,7 +16,7 @@ from schemas.topics import Handlers, Output
 from services.manipulation.hand import Hand, Orders, Outcome
 from services.manipulation.surroundings import Body, bodies_in
 from services.manipulation.tasks import task_of
-from services.manipulation.workspace import Workspace, grasp_felt
+from services.manipulation.workspace import Picture, Workspace, grasp_felt
 
 _report_ns = 500_000_000
 _stopped = Outcome(TaskState.CANCELLED, None, "stopped: the arm holds where it is")
@@ -108,7 +108,8 @@ class ManipulationNode:
         detections = self._pair(bodies, of_wrist=True)
         if detections:
             sought = tuple(c for c in detections.classes if c not in detections.unsought)
-            self._work.watch(_labelled(bodies, detections), sought, bodies.stamp_ns)
+            seen = tuple(_labelled(bodies, detections))
+            self._work.watch(Picture(bodies.stamp_ns, seen, sought))
         return ()
 
     def on_goal(self, goal: HandlingGoal) -> Iterable[Output]:

@@ -35,7 +35,7 @@ def put_down(work: Workspace, place: Floats) -> Steps:
     motions = plan_place(work.arm, grasp.held, work.gap, spot, work.around(), work.joints, work.rng)
     yield Plan(f"thinking where to put the {grasp.label}")
     yield Move(motions.approach, f"carrying the {grasp.label} to its place")
-    yield Move(motions.lower, f"putting down the {grasp.label}")
+    yield Move(motions.lower, f"putting down the {grasp.label}", to_touch=True)
     # From here on it is not held any more, whatever the fingers say.
     work.grasp = None
     yield Grip(min(work.gap + _room, work.arm.gripper.opening), f"letting go of the {grasp.label}")

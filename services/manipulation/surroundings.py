@@ -7,7 +7,7 @@ has left the picture. So what was seen on the way there is kept, and bettered by
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,14 +22,22 @@ _near = 3.0
 _drift = 1e-4
 """By which a place that was seen earlier grows uncertain [m^2/s]."""
 _much_worse = 4.0
-"""A newer estimate that is worse than the older one by this factor does not replace it."""
+"""An estimate whose variance is greater than another's by this factor adds nothing to it."""
+_alike_pictures = 6
+"""Errors of pictures are alike: more of them than so many say no more."""
+_most_looks = 6
+_same_side = 0.95
+"""Cosine of the angle between two boxes below which they are not turned alike."""
 _most_apart = 0.5
 """Two estimates of one place are never farther apart [m]."""
 _alike = 1.5
 """Ratio of two lengths up to which one thing may have been taken for two classes."""
 
+_smaller = 0.6
+"""Share of the room of a box beyond which nothing is in it: it may be the box itself."""
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Solid:
     """A simple shape that a body consists of."""
 
@@ -41,7 +49,7 @@ class Solid:
     """(3,) [m], as in `Bodies`."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Body:
     """One thing."""
 
@@ -55,6 +63,8 @@ class Body:
     stamp_ns: int
     """Of the picture."""
     solids: tuple[Solid, ...]
+    looks: int = 1
+    """Pictures that spoke for this class, less those that spoke for another one."""
 
     @property
     def middle(self) -> Floats:
@@ -62,10 +72,11 @@ class Body:
         return self.odom_from_box[:3, 3]
 
     def holds(self, other: Body) -> bool:
-        """Whether the middle of another one lies inside the outline of this one, and above it."""
+        """Whether the middle of a smaller one lies inside the outline of this one, and above it."""
         local = inverse_of(self.odom_from_box)[:3] @ np.append(other.middle, 1.0)
         beside = np.abs(local[:2]) > self.size[:2] / 2
-        return other is not self and not beside.any() and bool(local[2] > -self.size[2] / 2)
+        smaller = np.prod(other.size) < _smaller * np.prod(self.size)
+        return bool(smaller and not beside.any() and local[2] > -self.size[2] / 2)
 
 
 class Surroundings:
@@ -75,12 +86,13 @@ class Surroundings:
         self.bodies: list[Body] = []
 
     def see(self, seen: Sequence[Body]) -> None:
-        """Take up what one picture shows."""
+        """Take up a picture; things stand still, so that pictures better each other."""
         for body in seen:
             same = [known for known in self.bodies if _is_same(known, body)]
-            if any(_is_much_better(known, body) for known in same):
-                continue
-            self.bodies = [known for known in self.bodies if known not in same] + [body]
+            best = body
+            for known in sorted(same, key=lambda one: one.label != body.label):
+                best = _agreed(known, best)
+            self.bodies = [known for known in self.bodies if known not in same] + [best]
 
     def nearest(self, label: str, point: Floats, within: float) -> Body | None:
         """The body of a class nearest to a point (2,) or (3,) of the odometry frame, if any."""
@@ -146,6 +158,35 @@ def _is_same(known: Body, seen: Body) -> bool:
     return gap < float(seen.size.min()) / 2 and 1 / _alike < ratio < _alike
 
 
-def _is_much_better(known: Body, seen: Body) -> bool:
-    age_s = (seen.stamp_ns - known.stamp_ns) / 1e9
-    return seen.variance > _much_worse * (known.variance + _drift * max(age_s, 0.0))
+def _agreed(known: Body, seen: Body) -> Body:
+    """What two pictures of one thing say together."""
+    if known.label != seen.label:
+        # One picture in some shows a thing as what it is not.
+        return replace(known, looks=known.looks - 1) if known.looks > 1 else seen
+    looks = min(known.looks + 1, _most_looks)
+    variance = known.variance + _drift * max((seen.stamp_ns - known.stamp_ns) / 1e9, 0.0)
+    if seen.variance > _much_worse * variance:
+        return replace(known, looks=looks)
+    if variance > _much_worse * seen.variance or not _is_turned_alike(known, seen):
+        return replace(seen, looks=looks)
+    share = variance / (variance + seen.variance)
+    return _moved(known, seen, share, max(share * seen.variance, seen.variance / _alike_pictures))
+
+
+def _moved(known: Body, seen: Body, share: float, variance: float) -> Body:
+    """The newer one, a share of the way from where and how big the older one was to it."""
+    frame = seen.odom_from_box.copy()
+    frame[:3, 3] = known.middle + share * (seen.middle - known.middle)
+    size = known.size + share * (seen.size - known.size)
+    return replace(
+        seen,
+        odom_from_box=frame,
+        size=size,
+        variance=variance,
+        looks=min(known.looks + 1, _most_looks),
+    )
+
+
+def _is_turned_alike(known: Body, seen: Body) -> bool:
+    """Whether lengths and widths are those of the same sides."""
+    return abs(float(known.odom_from_box[:3, 0] @ seen.odom_from_box[:3, 0])) > _same_side

@@ -9,11 +9,20 @@ from schemas.task import HandlingFailure
 from services.manipulation.errors import RefusalError
 from services.manipulation.grasps import Thing
 from services.manipulation.holding import is_held
-from services.manipulation.look_inside import watched
+from services.manipulation.look_inside import found, overlooked, watched
 from services.manipulation.picking import Pick, plan_pick
 from services.manipulation.retreat import freed
 from services.manipulation.surroundings import Body
-from services.manipulation.workspace import Grasp, Grip, Move, Plan, Steps, Watch, Workspace
+from services.manipulation.workspace import (
+    SETTLE_NS,
+    Grasp,
+    Grip,
+    Move,
+    Plan,
+    Steps,
+    Watch,
+    Workspace,
+)
 
 FOUND_WITHIN = 0.35
 """From where a thing is said to be it may be so far [m]."""
@@ -42,7 +51,7 @@ def take(work: Workspace, label: str, place: Floats) -> Steps:
     yield from freed(work)
     yield from _seen(work, label, place)
     for attempt in range(_attempts):
-        body = _found(work, label, place)
+        body = found(work, label, place, FOUND_WITHIN)
         pick = _planned(work, body, attempt)
         yield Plan(f"thinking how to take the {label}")
         yield from _reach(label, pick)
@@ -58,23 +67,10 @@ def take(work: Workspace, label: str, place: Floats) -> Steps:
 def _seen(work: Workspace, label: str, place: Floats) -> Steps:
     """Have a look from above first, if the wrist's camera did not just see it."""
     known = work.surroundings.nearest(label, place, FOUND_WITHIN)
-    if known and known in work.watched and work.stamp_ns - work.watched_ns < _fresh_ns:
+    lately = [picture.stamp_ns for picture in work.since(work.stamp_ns - _fresh_ns)]
+    if known and known.stamp_ns in lately:
         return "just seen"
-    motion = work.way_to(np.array([work.arm.poses["look"]]))
-    yield Plan(f"thinking how to look at the {label}")
-    yield Move(motion, f"raising the camera over the {label}")
-    yield from watched(work, f"looking at the {label}")
-    return "seen"
-
-
-def _found(work: Workspace, label: str, place: Floats) -> Body:
-    body = work.surroundings.nearest(label, place, FOUND_WITHIN)
-    if body is None:
-        raise RefusalError(
-            HandlingFailure.LOST,
-            f"there is no {label} within {FOUND_WITHIN} m of where it was to be",
-        )
-    return body
+    return (yield from overlooked(work, label))
 
 
 def _planned(work: Workspace, body: Body, skip: int) -> Pick:
@@ -103,8 +99,9 @@ def _lifted(work: Workspace, body: Body, pick: Pick) -> Steps:
     yield Move(pick.lift, f"lifting the {body.label}")
     asked_ns = work.stamp_ns
     # Where no picture comes the fingers alone are believed.
-    yield Watch(f"looking whether the {body.label} came along")
-    if work.watched_ns > asked_ns and any(_lies_there(one, body) for one in work.watched):
+    yield Watch(f"looking whether the {body.label} came along", pictures=1)
+    after = work.since(asked_ns + SETTLE_NS)
+    if any(_lies_there(one, body) for picture in after for one in picture.bodies):
         work.grasp = None
         raise RefusalError(
             HandlingFailure.NOT_HELD, f"the {body.label} still lies where it was before"
@@ -118,8 +115,8 @@ def _missed(work: Workspace, body: Body) -> Steps:
     Raises:
         RefusalError: it is not.
     """
-    yield from watched(work, f"looking where the {body.label} is")
-    if not any(one.label == body.label for one in work.watched):
+    pictures = yield from watched(work, f"looking where the {body.label} is")
+    if not any(one.label == body.label for picture in pictures for one in picture.bodies):
         work.surroundings.forget(body)
         raise RefusalError(HandlingFailure.LOST, f"the {body.label} is gone")
     return "seen again"

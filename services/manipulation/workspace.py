@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.random import Generator as Random
@@ -22,7 +22,11 @@ from services.manipulation.straight import tool_frame
 from services.manipulation.surroundings import Body, Surroundings
 from services.manipulation.timing import Motion
 
+SETTLE_NS = 200_000_000
+"""A picture shows what was there after the arm came to rest only if it is so much younger."""
 _here = Pose2(0.0, 0.0, 0.0)
+_kept = 8
+"""Pictures."""
 _in_hand, _surely_in_hand = 0.30, 0.12
 """From the point between the fingers to the middle of what can be in them, where it looks like
 that, and whatever it looks like: pictures come late while the arm moves [m]."""
@@ -35,6 +39,8 @@ class Move:
     motion: Motion
     doing: str
     """In words, for people."""
+    to_touch: bool = False
+    """Whether the arm may be stopped by what it comes to touch, and that is all right."""
 
 
 @dataclass(frozen=True)
@@ -55,15 +61,26 @@ class Plan:
 
 @dataclass(frozen=True)
 class Watch:
-    """A step: wait for a picture of the wrist's camera taken from here, not for ever."""
+    """A step: wait for pictures of the wrist's camera taken from here, not for ever."""
 
     doing: str
+    pictures: int = 3
 
 
 Step = Move | Grip | Plan | Watch
 Steps = Generator[Step, None, str]
 """A task: it yields steps and goes on when they are done. What it returns says how it ended; a
 `RefusalError` is a failure."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What the wrist's camera saw at one moment."""
+
+    stamp_ns: int
+    bodies: tuple[Body, ...]
+    sought: tuple[str, ...]
+    """Classes that would have been recognised."""
 
 
 @dataclass(frozen=True)
@@ -100,12 +117,8 @@ class Workspace:
     odom_from_base: Pose2 = _here
     map_from_odom: Pose2 = _here
     grasp: Grasp | None = None
-    watched_ns: int = -1
-    """Of the newest picture of the wrist's camera."""
-    sought: tuple[str, ...] = ()
-    """Classes that would have been recognised in it."""
-    watched: tuple[Body, ...] = ()
-    """What it shows."""
+    pictures: list[Picture] = field(default_factory=list["Picture"])
+    """The newest of the wrist's camera, oldest first."""
     inspection: Inspection | None = None
     """What a look into something showed, to be told."""
 
@@ -119,17 +132,15 @@ class Workspace:
         """Remember what a picture shows, but for what the hand itself holds before the camera."""
         self.surroundings.see([body for body in seen if not self._is_in_hand(body)])
 
-    def watch(self, seen: Sequence[Body], sought: tuple[str, ...], stamp_ns: int) -> None:
-        """The same for a picture of the wrist's camera, which tasks may wait for.
+    def watch(self, picture: Picture) -> None:
+        """The same for a picture of the wrist's camera, which tasks may wait for."""
+        self.see(picture.bodies)
+        others = tuple(body for body in picture.bodies if not self._is_in_hand(body))
+        self.pictures = [*self.pictures[1 - _kept :], replace(picture, bodies=others)]
 
-        Args:
-            seen: what it shows.
-            sought: classes that would have been recognised.
-            stamp_ns: of the picture.
-        """
-        self.see(seen)
-        self.watched = tuple(body for body in seen if not self._is_in_hand(body))
-        self.watched_ns, self.sought = stamp_ns, sought
+    def since(self, stamp_ns: int) -> list[Picture]:
+        """Pictures of the wrist's camera that are younger."""
+        return [picture for picture in self.pictures if picture.stamp_ns > stamp_ns]
 
     def _is_in_hand(self, body: Body) -> bool:
         if self.grasp is None:

@@ -58,14 +58,15 @@ def modelled_assembly(run: RunConfig, settings: PerceptionSettings) -> Assembly:
     nodes: dict[Process, Node] = {}
     for process in PROCESSES:
         if process.name in models:
-            nodes[_row(process, models[process.name])] = models[process.name]
+            nodes[row_of(process, models[process.name])] = models[process.name]
         elif process.lockstep and not process.needs_places and process.takes_part(run):
             # Modelled perception recognises places too.
             nodes[process] = build_node(process, run)
     return Assembly(nodes, driver)
 
 
-def _row(process: Process, node: Node) -> Process:
+def row_of(process: Process, node: Node) -> Process:
+    """The row of a process that a model may stand in for."""
     if process.name != "perception":
         return process
     path = f"{type(node).__module__}:{type(node).__name__}"

@@ -46,12 +46,13 @@ class BodySettings:
     rate_hz: float = 5.0
     detection_probability: float = 0.95
     """Of a thing in plain view, in each picture."""
-    deviation_m: float = 0.008
-    deviation_per_metre: float = 0.012
-    """Deviation of a place, in each direction: constant, and growing with the distance."""
+    deviation_m: float = 0.004
+    deviation_per_metre: float = 0.01
+    """Deviation of a place, in each direction: constant, and growing with the distance from the
+    camera."""
     yaw_deviation: float = 0.03
     """[rad]"""
-    size_share: float = 0.03
+    size_share: float = 0.02
     """Deviation of a length, as a share of it."""
     confusion: float = 0.03
     """Probability that another class than the true one looks best."""
@@ -121,15 +122,15 @@ class ModelledBodies:
         self._odom_from_base = odometry.odom_from_base
         if not self._is_due("base", odometry.stamp_ns):
             return
-        seen, view = self._visible(self._mast_eye()), self._ground_view()
-        yield from self._told(seen, view, odometry.stamp_ns, of_wrist=False)
+        eye = self._mast_eye()
+        yield from self._told(eye, self._ground_view(), odometry.stamp_ns, of_wrist=False)
 
     def on_joints(self, state: JointState) -> Iterable[Output]:
         """What a picture of the wrist's camera would show now."""
         if self.blind or not self._is_due("wrist", state.stamp_ns):
             return
-        seen = self._visible(self._wrist_eye())
-        yield from self._told(seen, (_no_view, _no_view), state.stamp_ns, of_wrist=True)
+        none = (_no_view, _no_view)
+        yield from self._told(self._wrist_eye(), none, state.stamp_ns, of_wrist=True)
 
     def _is_due(self, camera: str, stamp_ns: int) -> bool:
         due = stamp_ns >= self._due_ns[camera]
@@ -210,15 +211,12 @@ class ModelledBodies:
         return bearings, ranges
 
     def _told(
-        self,
-        seen: list[TrueBody],
-        view: tuple[Floats, Floats],
-        stamp_ns: int,
-        of_wrist: bool,
+        self, eye: _Eye, view: tuple[Floats, Floats], stamp_ns: int, of_wrist: bool
     ) -> Iterable[Output]:
+        seen, settings = self._visible(eye), self._settings
         base_from_world = self._driver.world_from_base.inverse().lifted()
-        distances = [math.dist(_planar(base_from_world @ b.world_from_box), (0, 0)) for b in seen]
-        settings = self._settings
+        at = eye.world_from_camera[:3, 3].tolist()
+        distances = [math.dist(body.world_from_box.position, at) for body in seen]
         deviations = [settings.deviation_m + settings.deviation_per_metre * d for d in distances]
         noisy = [self._noisy(body, sd) for body, sd in zip(seen, deviations, strict=True)]
         variances = [sd**2 for sd in deviations]
@@ -274,7 +272,3 @@ def _eye(camera: CameraSpec | WristCamera, world_from_camera: Floats, start: flo
     tangent = math.tan(camera.horizontal_fov / 2)
     across = np.array([tangent, tangent * camera.height / camera.width])
     return _Eye(world_from_camera, across, camera.range_max, start)
-
-
-def _planar(pose: Pose3) -> tuple[float, float]:
-    return pose.position[0], pose.position[1]
