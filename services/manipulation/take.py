@@ -116,8 +116,10 @@ def _missed(work: Workspace, body: Body) -> Steps:
         RefusalError: it is not.
     """
     pictures = yield from watched(work, f"looking where the {body.label} is")
-    if not any(one.label == body.label for picture in pictures for one in picture.bodies):
+    seen = [one for picture in pictures for one in picture.bodies if one.label == body.label]
+    if not any(_lies_there(one, body) for one in seen):
         work.surroundings.forget(body)
+    if not seen:
         raise RefusalError(HandlingFailure.LOST, f"the {body.label} is gone")
     return "seen again"
 

@@ -96,8 +96,12 @@ class Grasp:
 
 
 def grasp_felt(arm: ArmSpec, label: str, gap: float) -> Grasp:
-    """What is known of a thing in the hand from the fingers alone, after a restart."""
-    held = Held("ball", matrix(arm.flange_from_tool), np.full(3, gap))
+    """What is known of a thing in the hand from the fingers alone, after a restart.
+
+    It hangs upright from a hand that points down.
+    """
+    upright = matrix(arm.flange_from_tool) @ np.diag([1.0, -1.0, -1.0, 1.0])
+    held = Held("ball", upright, np.full(3, gap))
     return Grasp(label, held, grip_opening(gap), gap)
 
 
