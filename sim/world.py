@@ -6,6 +6,12 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from sim.scenes.boxes import (
+    make_box_indoor,
+    make_box_outdoor,
+    make_boxes_indoor,
+    make_boxes_outdoor,
+)
 from sim.scenes.hydrant import make_hydrant, make_two_hydrants
 from sim.scenes.model import World, WorldError, load_world
 from sim.scenes.object_relative import LAYOUTS, make_object_relative
@@ -29,7 +35,15 @@ GENERATORS: dict[str, tuple[str, Callable[[int], World]]] = {
     },
     **{
         make.__name__.removeprefix("make_"): (_first_line(make), make)
-        for make in (make_office, make_office_turned, make_office_long)
+        for make in (
+            make_office,
+            make_office_turned,
+            make_office_long,
+            make_box_indoor,
+            make_box_outdoor,
+            make_boxes_indoor,
+            make_boxes_outdoor,
+        )
     },
 }
 

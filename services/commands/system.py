@@ -21,6 +21,7 @@ from services.commands.run_options import (
 
 DEMOS: dict[str, tuple[str, str, str]] = {
     "hydrant": ("husky", "hydrant", "go to the hydrant behind the cone"),
+    "box": ("husky_ur5", "box_indoor", "retrieve the ball inside the box"),
 }
 """Name: robot, world, instruction."""
 

@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.random import Generator
 
+from schemas.arrays import Floats
 from sim.assets.asset import Asset
 from sim.assets.banana import make_banana
 from sim.assets.barrel import make_barrel
@@ -126,3 +127,10 @@ def make_asset(label: str, look: int) -> Asset:
     if label not in MAKERS:
         raise UnknownClassError(f"no class {label!r}; there are: {', '.join(MAKERS)}")
     return MAKERS[label](np.random.default_rng([look, *label.encode()]))
+
+
+def bounds(label: str, look: int) -> tuple[Floats, Floats]:
+    """Lowest and highest corner of what can be touched of an object, each (3,) [m]."""
+    shapes = make_asset(label, look).collisions
+    low = np.min([np.subtract(s.center, s.half) for s in shapes], axis=0)
+    return low, np.max([np.add(s.center, s.half) for s in shapes], axis=0)

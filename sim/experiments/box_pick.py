@@ -35,8 +35,9 @@ from services.manipulation.picking import Pick, plan_pick
 from services.manipulation.straight import tool_frame
 from services.manipulation.timing import Motion
 from sim import vulkan
-from sim.assets.library import make_asset
-from sim.experiments.true_bodies import bounds, message_of, true_body
+from sim.assets.library import bounds
+from sim.experiments.true_bodies import message_of, true_body
+from sim.scenes.boxes import put_into
 from sim.scenes.model import Ground, PlacedObject, Sun, World
 
 HOLD_S = 3.0
@@ -69,46 +70,20 @@ def box_world(seed: int, label: str = "ball") -> World:
     """A box before the robot with a thing of a class in it, another box beside."""
     rng = np.random.default_rng([seed, 6])
     at = Pose2(rng.uniform(0.80, 0.95), rng.uniform(-0.2, 0.2), rng.uniform(-math.pi, math.pi))
-    box_look, look = int(rng.integers(1000)), _small_look(rng, label)
-    length, width, _ = _inner(box_look)
-    low, high = bounds(label, look)
-    reach = float(np.hypot(*np.maximum(-low, high)[:2])) if label != "ball" else float(high[0])
-    free = np.maximum(np.array([length, width]) / 2 - reach - 0.035, 0.0)
-    x, y = (rng.uniform(-1, 1, 2) * free).tolist()
+    box = PlacedObject(id=BOX, label="box", look=int(rng.integers(1000)), world_from_object=at)
+    thing = put_into(box, label, rng, THING)
     beside = Pose2(at.x + rng.uniform(-0.1, 0.1), at.y + rng.choice([-1, 1]) * 0.62, 0.3)
+    other = PlacedObject(
+        id="other", label="box", look=int(rng.integers(1000)), world_from_object=beside
+    )
     return World(
         name="box_pick",
         seed=seed,
         ground=Ground(kind="concrete", look=seed),
         sun=Sun(azimuth=1.0, elevation=1.0),
         world_from_start=Pose2(0.0, 0.0, 0.0),
-        objects=(
-            PlacedObject(id=BOX, label="box", look=box_look, world_from_object=at),
-            PlacedObject(
-                id=THING,
-                label=label,
-                look=look,
-                world_from_object=at @ Pose2(x, y, rng.uniform(-math.pi, math.pi)),
-                height=0.02,
-            ),
-            PlacedObject(
-                id="other", label="box", look=int(rng.integers(1000)), world_from_object=beside
-            ),
-        ),
+        objects=(box, thing, other),
     )
-
-
-def _small_look(rng: np.random.Generator, label: str) -> int:
-    """A look that the gripper can take: balls may be larger than that."""
-    while min(make_asset(label, look := int(rng.integers(1000))).size[:2]) > 0.13:
-        pass
-    return look
-
-
-def _inner(look: int) -> Floats:
-    """Size of the tub of a box, without flaps and rims (3,) [m]."""
-    low, high = bounds("box", look)
-    return high - low
 
 
 def true_bodies(world: World, thing: Pose3) -> tuple[Bodies, tuple[str, ...]]:

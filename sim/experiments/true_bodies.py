@@ -12,7 +12,7 @@ from schemas.arrays import Floats
 from schemas.geometry import Pose2, Pose3
 from schemas.perception import SOLID_KINDS, Bodies
 from services.perception.space.solids import solids_of
-from sim.assets.library import make_asset
+from sim.assets.library import bounds
 from sim.scenes.model import PlacedObject
 
 
@@ -26,13 +26,6 @@ class TrueBody:
     """z up in its own frame, x along the longer side, the origin in the middle."""
     size: Floats
     """(3,) [m]"""
-
-
-def bounds(label: str, look: int) -> tuple[Floats, Floats]:
-    """Lowest and highest corner of what can be touched of an object, each (3,) [m]."""
-    shapes = make_asset(label, look).collisions
-    low = np.min([np.subtract(s.center, s.half) for s in shapes], axis=0)
-    return low, np.max([np.add(s.center, s.half) for s in shapes], axis=0)
 
 
 def true_body(placed: PlacedObject, world_from_thing: Pose3 | None = None) -> TrueBody:

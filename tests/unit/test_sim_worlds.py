@@ -27,7 +27,8 @@ def test_same_seed_same_world_and_another_seed_differs(name):
 @pytest.mark.parametrize("seed", range(4))
 def test_nothing_overlaps_and_the_start_is_free(name, seed):
     world = make_world(name, seed)
-    outlines = [footprint(placed) for placed in world.objects]
+    # What lies in a box is where the box is.
+    outlines = [footprint(placed) for placed in world.objects if placed.height == 0]
     for first, second in itertools.combinations(outlines, 2):
         assert first.distance(second) > 0.5
     assert oracle(world).clearance() > 1.0
