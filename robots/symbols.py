@@ -18,6 +18,8 @@ class SymbolSpace:
     relations: tuple[str, ...]
     actions: tuple[str, ...]
     modes: tuple[str, ...]
+    containers: tuple[str, ...] = ()
+    """Classes of things that others may lie in, where only a look from above shows them."""
     hierarchical: bool = False
     """Whether a first pass prunes the symbols (HDCG), as the paper does for the wheelchair."""
 
@@ -70,6 +72,7 @@ SYMBOL_SPACES: dict[str, SymbolSpace] = {
         relations=("unknown", "inside", "behind", "left", "right", "front", "back", "near"),
         actions=("unknown", "pick", "retrieve", "navigate"),
         modes=("unknown",),
+        containers=("box",),
     ),
 }
 

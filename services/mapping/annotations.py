@@ -13,7 +13,7 @@ from schemas.language import Annotation, Annotations
 from schemas.language import Relation as Said
 from services.mapping import prior
 from services.mapping.clues import Clue
-from services.mapping.relation_table import relation_named
+from services.mapping.relation_table import enclosed_in, relation_named
 from services.mapping.relations import Relation
 
 robot_class = "robot"
@@ -36,21 +36,35 @@ class Reading:
     """What else is said about the figure or the landmark."""
     not_meant: tuple[int, ...] = ()
     """Seen things that are not the figure."""
+    enclosed: bool = False
+    """Whether the figure lies in the landmark, so that only a look into that shows it."""
 
 
-def readings_of(message: Annotations, vocabulary: tuple[str, ...]) -> tuple[Reading, ...]:
+def readings_of(
+    message: Annotations, vocabulary: tuple[str, ...], containers: tuple[str, ...] = ()
+) -> tuple[Reading, ...]:
     """All readings whose classes the map knows; empty when the message is no evidence.
 
     The evidence of an utterance about another instruction is in that one's annotations.
+
+    Args:
+        message: what was said.
+        vocabulary: classes of the map.
+        containers: those of things that others may lie in.
     """
     if not message.understood or message.revises:
         return ()
-    found = [_reading(annotation, message, vocabulary) for annotation in message.annotations]
+    found = [
+        _reading(annotation, message, vocabulary, containers) for annotation in message.annotations
+    ]
     return tuple(reading for reading in found if reading)
 
 
 def _reading(
-    annotation: Annotation, message: Annotations, vocabulary: tuple[str, ...]
+    annotation: Annotation,
+    message: Annotations,
+    vocabulary: tuple[str, ...],
+    containers: tuple[str, ...],
 ) -> Reading | None:
     wanted = [behavior.object for behavior in message.behaviors]
     stated = sorted(annotation.relations, key=lambda relation: _rank(relation, message))
@@ -62,14 +76,16 @@ def _reading(
     if figure not in vocabulary or (landmark is not None and landmark not in vocabulary):
         return None
     comparative = name is not None and _comparative(message, figure, name)
+    enclosed = name == "inside" and landmark in containers
     return Reading(
         log_probability=float(np.log(max(annotation.probability, 1e-6))),
         figure=vocabulary.index(figure),
-        relation=relation_named(name, comparative) if name else None,
+        relation=relation_named(enclosed_in if enclosed else name, comparative) if name else None,
         landmark=vocabulary.index(landmark) if landmark not in (None, robot_class) else None,
         comparative=comparative,
         clues=tuple(clue for other in stated[1:] if (clue := _clue(other, stated[0], vocabulary))),
         not_meant=message.not_meant,
+        enclosed=enclosed,
     )
 
 

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from schemas.arrays import Floats, Ints
+from services.mapping.nesting import build_of_picture, build_of_things, may_be_at_one_place
 from services.mapping.objects import TrackedObject
 from services.mapping.sensing import Picture
 
@@ -14,16 +15,25 @@ same_place = 0.6
 _forbidden = 1e6
 
 
-def match(picture: Picture, things: list[TrackedObject]) -> Ints:
-    """Index into `things` for each detection (N,); -1 new, -2 a second box on a known thing."""
+def match(picture: Picture, things: list[TrackedObject], containers: tuple[int, ...] = ()) -> Ints:
+    """Index into `things` for each detection (N,); -1 new, -2 a second box on a known thing.
+
+    Args:
+        picture: N detections.
+        things: K that are known.
+        containers: indices of the classes of things that others may lie in.
+    """
     found = np.full(len(picture.points), -1, np.int32)
     if not things or not len(found):
         return found
-    cost = _costs(picture, things)
+    two = may_be_at_one_place(
+        build_of_picture(picture, containers), build_of_things(things, containers)
+    )
+    cost = np.where(two, _forbidden, _costs(picture, things))
     for i, j in zip(*linear_sum_assignment(cost), strict=True):
         if cost[i, j] < _forbidden:
             found[i] = j
-    crowded = _distances(picture, things).min(axis=1) < same_place
+    crowded = np.where(two, np.inf, _distances(picture, things)).min(axis=1) < same_place
     found[(found == -1) & crowded] = -2
     return found
 

@@ -15,7 +15,7 @@ from robots.symbols import SymbolSpace
 from schemas.arrays import Floats
 from schemas.faults import FaultLog
 from schemas.geometry import Pose2
-from schemas.perception import Detections, SceneObservation
+from schemas.perception import Detections, Inspection, SceneObservation
 from schemas.sensing import LaserScan
 from services.mapping import visibility
 from services.mapping.allocation import at_first, propagate
@@ -25,6 +25,7 @@ from services.mapping.cases import Case, cases_of, drawn, judged
 from services.mapping.even import EvenPoints
 from services.mapping.grid import Grid
 from services.mapping.heed import asked_for, sought_in
+from services.mapping.insides import Insides
 from services.mapping.object_map import ObjectMap
 from services.mapping.odometer import OdometryNoise
 from services.mapping.particles import Particles, empty_particles
@@ -57,7 +58,9 @@ class SemanticFilter:
         self.classes = symbols.object_classes + symbols.locations
         self.faults = FaultLog("mapping")
         self.backbone = Backbone(origin, origin, np.zeros((0, 3)))
-        self.objects = ObjectMap(len(self.classes))
+        containers = tuple(self.classes.index(name) for name in symbols.containers)
+        self.objects = ObjectMap(len(self.classes), containers)
+        self.insides = Insides(len(self.classes))
         self.grid = grid or Grid((0.0, 0.0))
         # Regions would say nothing to a robot whose language has no places: it keeps none.
         self.places = Places(symbols) if symbols.locations else None
@@ -81,6 +84,28 @@ class SemanticFilter:
         vanished = self._look(detections, picture)
         impossible = self._weigh()
         self._resample(redraw=appeared or vanished or impossible)
+
+    def observe_closely(self, detections: Detections) -> None:
+        """The same with what another camera shows, which says nothing of where nothing is."""
+        picture = self._propagate(detections)
+        seen, appeared = self.objects.associate(picture)
+        self._update(picture, seen, appeared, detections.odom_from_base)
+        impossible = self._weigh()
+        self._resample(redraw=appeared or impossible)
+
+    def inspect(self, inspection: Inspection) -> None:
+        """One step of Algorithm 1 with what a look into a thing shows, and does not show."""
+        if inspection.label not in self.classes:
+            return
+        point = self.backbone.locate(inspection.odom_from_base).apply(inspection.center_base)
+        number = self.objects.nearest(self.classes.index(inspection.label), point)
+        if number is None:
+            return
+        missing = [name for name in inspection.sought if name not in inspection.found]
+        known = [self.classes.index(name) for name in missing if name in self.classes]
+        self.insides.look(number, inspection.seen, np.array(known, np.int32))
+        self._weigh()
+        self._resample(redraw=True)
 
     def glance(self, scene: SceneObservation) -> None:
         """One step of Algorithm 1 with what a picture says about kinds of places."""
@@ -148,6 +173,7 @@ class SemanticFilter:
             readings=self.readings,
             locations=len(self.places.locations) if self.places else 0,
             layout=self.places.layout if self.places else None,
+            insides=self.insides,
         )
 
     def _propagate(self, detections: Detections) -> Picture:

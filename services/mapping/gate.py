@@ -15,7 +15,7 @@ from schemas import topics
 from schemas.faults import FaultLog
 from schemas.geometry import Pose2
 from schemas.language import Annotations
-from schemas.perception import Detections, SceneObservation
+from schemas.perception import Detections, Inspection, SceneObservation
 from schemas.sensing import LaserScan, Odometry
 from schemas.topics import Handler, Handlers, Output, Topic
 from services.mapping.contradictions import doubts_about
@@ -24,6 +24,8 @@ from services.mapping.timeline import Timeline
 from services.mapping.wheels import Reading, Step, Wheels
 
 _late_ns = 500_000_000
+_Evidence = Detections | SceneObservation | Inspection
+"""What the pose of the robot at its stamp belongs to."""
 
 Jumped = Callable[[Pose2, Pose2], None]
 """Called with dead reckoning before and after it jumped."""
@@ -77,7 +79,7 @@ class Gate:
         return message if self._is_in_time(topic, message) else None
 
     def _is_in_time(self, topic: Topic[Any], message: Struct) -> bool:
-        if not isinstance(message, Odometry | LaserScan | Detections | SceneObservation):
+        if not isinstance(message, Odometry | LaserScan | _Evidence):
             return True
         if flaw := self._timeline(topic).flaw_of(message.stamp_ns):
             self._faults.note(f"late {topic.key}", f"{flaw}: not taken")

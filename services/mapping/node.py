@@ -9,7 +9,7 @@ from schemas import topics
 from schemas.belief import MapBelief, OccupancyGrid
 from schemas.geometry import Pose2
 from schemas.language import Annotations
-from schemas.perception import Detections, SceneObservation
+from schemas.perception import Detections, Inspection, SceneObservation
 from schemas.run import RunConfig
 from schemas.sensing import LaserScan, Odometry
 from schemas.topics import Handlers, Output
@@ -44,6 +44,7 @@ class MappingNode:
         self._filter = filter_class(robot.symbols, robot.camera, run.particles, rng, grid)
         self._gate = Gate(robot.limits, self._filter.classes, self._filter.faults, self._jump)
         self._odom_from_base = Pose2(0.0, 0.0, 0.0)
+        self._containers = robot.symbols.containers
         self._instruction_id = ""
         self._heard_at: dict[str, Pose2] = {}
         self._last_grid_ns: int | None = None
@@ -57,6 +58,8 @@ class MappingNode:
                 topics.SCENE: self.on_scene,
                 topics.DETECTIONS: self.on_detections,
                 topics.ANNOTATIONS: self.on_annotations,
+                topics.WRIST_DETECTIONS: self.on_wrist_detections,
+                topics.INSPECTION: self.on_inspection,
             }
         )
 
@@ -86,6 +89,16 @@ class MappingNode:
         self._filter.observe(message)
         return self._belief(message.stamp_ns)
 
+    def on_wrist_detections(self, message: Detections) -> Iterable[Output]:
+        """What the wrist's camera shows, which the next belief will say."""
+        self._filter.observe_closely(message)
+        return ()
+
+    def on_inspection(self, message: Inspection) -> Iterable[Output]:
+        """What a look into something showed, and that nothing was there."""
+        self._filter.inspect(message)
+        return self._belief(message.stamp_ns)
+
     def on_scene(self, message: SceneObservation) -> Iterable[Output]:
         """What kinds of places a picture shows, which the next belief will say."""
         self._filter.glance(message)
@@ -95,7 +108,7 @@ class MappingNode:
         """Take what was said as evidence, again only if it has changed."""
         name = message.instruction_id
         heard_at = self._heard_at.setdefault(name, self._odom_from_base)
-        readings = readings_of(message, self._filter.classes)
+        readings = readings_of(message, self._filter.classes, self._containers)
         known = name == self._instruction_id
         if not readings or (known and readings == self._filter.readings):
             return ()

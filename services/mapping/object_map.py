@@ -4,6 +4,7 @@ import numpy as np
 
 from schemas.arrays import Flags, Floats
 from services.mapping.association import match, same_place
+from services.mapping.nesting import build_of_things, enclosed, may_be_at_one_place
 from services.mapping.objects import ObjectColumns, TrackedObject, columns, first_odds
 from services.mapping.sensing import Picture
 from services.mapping.visibility import View
@@ -17,10 +18,16 @@ _doubt = 0.3
 
 
 class ObjectMap:
-    """Confirmed objects and candidates; data association is shared by all particles."""
+    """Confirmed objects and candidates; data association is shared by all particles.
 
-    def __init__(self, classes: int) -> None:
+    Args:
+        classes: C of the map's vocabulary.
+        containers: indices of those of things that others may lie in.
+    """
+
+    def __init__(self, classes: int, containers: tuple[int, ...] = ()) -> None:
         self._classes = classes
+        self._containers = containers
         self._things: list[TrackedObject] = []
         self._next = 0
 
@@ -44,7 +51,7 @@ class ObjectMap:
         known = list(self._things)
         new = False
         seen: list[tuple[int, int]] = []
-        for detection, index in enumerate(match(picture, known).tolist()):
+        for detection, index in enumerate(match(picture, known, self._containers).tolist()):
             if index == -1:
                 self._things.append(self._first(picture, detection))
             elif index >= 0:
@@ -68,10 +75,21 @@ class ObjectMap:
         sharp = view.sharp_share * view.reach - _doubt
         near = distance < np.array([sharp if t.confirmed else view.reach for t in self._things])
         shown = near & view.shows(distance - radii - 0.1, np.arctan2(local[:, 1], local[:, 0]))
+        # What lies in a box hides there: from the side it is nowhere in view.
+        shown &= ~enclosed(self._things, self._containers)
         for thing, plain in zip(self._things, shown.tolist(), strict=True):
             if sought[thing.likeliest]:
                 self._overlooked(thing, plain)
         return self._forget()
+
+    def nearest(self, class_index: int, point: Floats) -> int | None:
+        """Id of the object of a class that is nearest to a point (2,) of the map, if one is."""
+        near = [
+            (float(np.hypot(*(thing.mean - point))), thing.number)
+            for thing in self.confirmed
+            if thing.likeliest == class_index
+        ]
+        return min(near)[1] if near and min(near)[0] < same_place else None
 
     def moved(self, estimates: dict[int, tuple[Floats, Floats]]) -> None:
         """Take means (2,) and covariances (2, 2) by id from the pose graph."""
@@ -118,7 +136,8 @@ class ObjectMap:
             thing.odds += _missed_odds if thing.confirmed else _missed_candidate_odds
 
     def _forget(self) -> bool:
-        kept = _without_doubles([thing for thing in self._things if not _hopeless(thing)])
+        living = [thing for thing in self._things if not _hopeless(thing)]
+        kept = _without_doubles(living, self._containers)
         lost = len([t for t in kept if t.confirmed]) < len(self.confirmed)
         self._things = kept
         return lost
@@ -129,9 +148,11 @@ def _hopeless(thing: TrackedObject) -> bool:
     return stale or thing.odds < _gone_odds
 
 
-def _without_doubles(things: list[TrackedObject]) -> list[TrackedObject]:
+def _without_doubles(
+    things: list[TrackedObject], containers: tuple[int, ...]
+) -> list[TrackedObject]:
     """Of things at one place only the one that was seen most often, in the order given."""
-    together = _same_place(things)
+    together = _same_place(things, containers)
     if not together.any():
         return things
     dropped: set[int] = set()
@@ -146,12 +167,14 @@ def _rank(thing: TrackedObject) -> tuple[bool, int]:
     return not thing.confirmed, -thing.hits
 
 
-def _same_place(things: list[TrackedObject]) -> Flags:
+def _same_place(things: list[TrackedObject], containers: tuple[int, ...]) -> Flags:
     """(K, K) Whether two different things are nearer to one another than two things can be."""
     means = np.array([thing.mean for thing in things]).reshape(-1, 2)
     radii = np.array([thing.radius for thing in things])
     offset = means[:, None] - means
     apart = np.maximum(same_place, np.minimum(radii[:, None], radii))
     together: Flags = np.hypot(offset[..., 0], offset[..., 1]) < apart
+    build = build_of_things(things, containers)
+    together &= ~may_be_at_one_place(build, build)
     np.fill_diagonal(together, False)
     return together

@@ -18,6 +18,8 @@ from services.mapping.relations import Axis, Directed, Radial, Relation, feature
 
 nearest = "nearest"
 """The comparative of "near": it leaves the distance open, candidates are compared instead."""
+enclosed_in = "in a thing"
+"""What "inside" means where the landmark is no place but a thing that others may lie in."""
 _outliers = (0.01, 5.0)
 """Share, and spread [m], without data: people are imprecise."""
 
@@ -123,6 +125,12 @@ def _inside() -> Relation:
     return Relation(Directed(*axes), *_outliers)
 
 
+def _in_a_thing() -> Relation:
+    """Between its walls, give or take what both places are wrong by."""
+    axes = [axis_of({}, {"one": 0.05**2, size: 0.25**2}) for size in ("depth", "width")]
+    return Relation(Directed(*axes), *_outliers)
+
+
 def _on_the_way() -> Relation:
     axes = [
         axis_of({"distance": -0.3}, {"one": 0.5, "distance": 0.2**2}),
@@ -146,6 +154,7 @@ defaults: Mapping[str, Relation] = {
     "through": _directed(1, 0, gap=4.0, along=2.1, across=1.3),
     "towards": _on_the_way(),
     "inside": _inside(),
+    enclosed_in: _in_a_thing(),
     "around": _radial(gap=2.0, spread=1.6),
     "near": _radial(gap=1.5, spread=0.9),
     "away": _radial(gap=6.0, spread=2.5),

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from schemas.arrays import Floats
 from schemas.geometry import Pose2
 from schemas.language import Annotations
-from schemas.perception import Detections, SceneObservation
+from schemas.perception import Detections, Inspection, SceneObservation
 from schemas.sensing import LaserScan, Odometry
 
 _horizon = 500.0
@@ -35,6 +35,8 @@ def flaw_of(message: Struct) -> str:
             return _flaw_of_picture(message)
         case SceneObservation():
             return _flaw_of_scene(message)
+        case Inspection():
+            return _flaw_of_inspection(message)
         case Annotations():
             return _flaw_of_annotations(message)
         case _:
@@ -73,6 +75,15 @@ def _flaw_of_covariance(matrix: Floats) -> str:
         return "its covariance is not symmetric"
     if np.linalg.eigvalsh(matrix)[0] <= 0:
         return "its covariance is not positive definite"
+    return ""
+
+
+def _flaw_of_inspection(message: Inspection) -> str:
+    center = message.center_base
+    if not (np.isfinite(center).all() and np.abs(center).max() < _horizon):
+        return f"its centre {_numbers(center)} is no place within {_horizon:g} m"
+    if not 0 <= message.seen <= 1:
+        return f"the share that was seen, {message.seen:.3g}, is not in [0, 1]"
     return ""
 
 

@@ -23,6 +23,7 @@ from services.mapping import clues, prior, relations, rivals
 from services.mapping.annotations import Reading, robot_class
 from services.mapping.clues import Clue
 from services.mapping.grid import Grid
+from services.mapping.insides import Insides
 from services.mapping.layout import Layout
 from services.mapping.objects import ObjectColumns
 from services.mapping.particles import Particles, hypothesised_figure
@@ -51,6 +52,8 @@ class Evidence:
     """How many classes, the last ones, are types of places."""
     layout: Layout | None = None
     """Which ground belongs to places that were seen; None where language has no places."""
+    insides: Insides | None = None
+    """What was looked into; None where nothing was."""
 
     def is_place(self, class_index: int | None) -> bool:
         """Whether a class is a type of place."""
@@ -138,9 +141,7 @@ def relation_features(
 
 
 def _of_reading(particles: Particles, reading: Reading, evidence: Evidence) -> Floats:
-    value = reading.log_probability + _standing(
-        particles.figure, particles.figure_position, reading.figure, evidence
-    )
+    value = reading.log_probability + _of_figure(particles, reading, evidence)
     value += np.where(np.isin(particles.figure, reading.not_meant), _impossible, 0.0)
     if reading.relation is None:
         role = evidence.meant_as("figure", reading.figure)
@@ -157,6 +158,18 @@ def _of_reading(particles: Particles, reading: Reading, evidence: Evidence) -> F
     )
     value += np.where(particles.figure == particles.landmark, _impossible, 0.0)
     return value + (_competition(particles, reading, evidence) if reading.comparative else 0.0)
+
+
+def _of_figure(particles: Particles, reading: Reading, evidence: Evidence) -> Floats:
+    """How well the figures (P,) go with what was seen, and with where nothing was seen."""
+    standing = _standing(particles.figure, particles.figure_position, reading.figure, evidence)
+    if not reading.enclosed:
+        return standing
+    hidden = np.zeros(len(particles))
+    if evidence.insides is not None:
+        hidden = evidence.insides.log_missed(particles.landmark, reading.figure)
+    seen, _ = _rows(particles.figure, evidence.objects)
+    return np.where(seen, standing, hidden)
 
 
 def _standing(numbers: Ints, points: Floats, class_index: int, evidence: Evidence) -> Floats:
