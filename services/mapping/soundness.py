@@ -5,7 +5,9 @@ sensor means: not finite, negative where nothing is, or more names than columns.
 """
 
 import math
+from collections.abc import Callable
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -26,21 +28,16 @@ _sum_slack = 1e-6
 
 def flaw_of(message: Struct) -> str:
     """Why the whole message cannot be used, "" if it can."""
-    match message:
-        case Odometry():
-            return _flaw_of_odometry(message)
-        case LaserScan():
-            return _flaw_of_scan(message)
-        case Detections():
-            return _flaw_of_picture(message)
-        case SceneObservation():
-            return _flaw_of_scene(message)
-        case Inspection():
-            return _flaw_of_inspection(message)
-        case Annotations():
-            return _flaw_of_annotations(message)
-        case _:
-            return ""
+    checks: dict[type[Struct], Callable[[Any], str]] = {
+        Odometry: _flaw_of_odometry,
+        LaserScan: _flaw_of_scan,
+        Detections: _flaw_of_picture,
+        SceneObservation: _flaw_of_scene,
+        Inspection: _flaw_of_inspection,
+        Annotations: _flaw_of_annotations,
+    }
+    check = checks.get(type(message))
+    return check(message) if check else ""
 
 
 def mended(message: Struct) -> tuple[Struct, str]:
