@@ -82,7 +82,7 @@ def labels(made: SemanticFilter) -> list[str]:
 
 def test_before_a_look_the_ball_is_believed_to_be_in_the_boxes_that_were_seen() -> None:
     made = semantic(("box", NEAR), ("box", FAR))
-    assert mass_in(made, NEAR) > 0.2
+    assert mass_in(made, NEAR) > 0.1
     assert mass_in(made, FAR) > 0.2
 
 
