@@ -38,7 +38,7 @@ class Decision(Struct, frozen=True, kw_only=True):
     stamp_ns: int
     instruction_id: str
     kinds: tuple[str, ...]
-    """Of each candidate: "observed", "hypothesised", "frontier" or "stop"."""
+    """Of each candidate: "observed", "hypothesised", "frontier", "inside" or "stop"."""
     positions: Annotated[Floats, Shape("K 2")]
     """Map frame [m]."""
     costs: Annotated[Floats, Shape("K")]

@@ -93,6 +93,8 @@ _on_the_way = (0.33, 0.66)
 """Shares of a straight way at which the robot looks ahead."""
 _start_m = 2.0
 """Added to every way where a rate is meant: stopping and looking take time too [m]."""
+_inside_shown = 0.95
+"""Probability that a look into a thing shows what lies in it."""
 _detour = 1.2
 """Beyond this share of the straight line the way is not straight."""
 
@@ -146,6 +148,8 @@ def features(
     stop = np.array([kind is Kind.STOP for kind in candidates.kinds], np.float64)
     area = _new_area(situation, candidates) * (1 - stop)
     reach = (candidates.object_id[:, None] == referents.figure_id) & referents.figure_seen
+    inside = np.array([kind is Kind.INSIDE for kind in candidates.kinds])
+    see_figure = np.maximum(see_figure, _inside_shown * (reach & inside[:, None]))
     length = situation.travel.to(candidates.pose[:, :2])
     way = way_to_goal(
         situation.pose, length, candidates, referents, situation.view, situation.terrain

@@ -18,6 +18,8 @@ class Kind(StrEnum):
     """Look at where something may be."""
     FRONTIER = "frontier"
     """Look at ground that nobody has looked at."""
+    INSIDE = "inside"
+    """Drive up to something that was seen and look into it."""
     STOP = "stop"
 
 

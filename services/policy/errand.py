@@ -59,6 +59,10 @@ class Errand:
     """Time spent under the stop latch, or waiting for an answer."""
     settled: Floats | None = None
     """(2,) Where the thing is that was meant beyond doubt when last asked, map frame [m]."""
+    homeward: bool = False
+    """Whether what was wanted is being brought to where the instruction was given."""
+    final: Ending | None = None
+    """How it ends once the arm is folded."""
     refused: list[Floats] = field(default_factory=list[Floats])
     tried: list[Floats] = field(default_factory=list[Floats])
 
@@ -73,6 +77,18 @@ class Errand:
         """Class of what is looked for, "" while that is not known."""
         best = self.meaning.behaviors[:1] if self.meaning else ()
         return best[0].object if best else ""
+
+    @property
+    def inside(self) -> str:
+        """Class of the thing that it lies in, "" where no such is named."""
+        best = self.meaning.behaviors[:1] if self.meaning else ()
+        return best[0].landmark if best and best[0].relation == "inside" else ""
+
+    @property
+    def action(self) -> str:
+        """What is to be done: "navigate", "pick", "retrieve"; "" while that is not known."""
+        best = self.meaning.behaviors[:1] if self.meaning else ()
+        return best[0].action if best else ""
 
     def revise(self, annotations: Annotations) -> bool:
         """Take up what the instruction means now; True if that is something else than before."""
@@ -97,6 +113,7 @@ class Errand:
             current=self.pace.following if self.pace and under_way else None,
             searching_s=self.searching_s(stamp_ns),
             wanted=self.wanted,
+            inside=self.inside,
             settled=self.settled,
             words=words_of(self.meaning.behaviors if self.meaning else ()),
         )
@@ -114,6 +131,15 @@ class Errand:
             self.refused.append(np.array([pose.x, pose.y]))
         self.failures = self.failures + 1 if status.state is TaskState.FAILED else 0
         self.tried.append(np.array([pose.x, pose.y, pose.yaw]))
+
+    def arm_ended(self, stamp_ns: int) -> None:
+        """Decide afresh once what the arm did has entered the belief."""
+        if self.pace:
+            self.pace.ended_ns = stamp_ns
+
+    def refuse(self, map_from_base: Pose2) -> None:
+        """Where the robot stands it cannot do what it came for."""
+        self.refused.append(np.array([map_from_base.x, map_from_base.y]))
 
     def go_on(self, paused_ns: int) -> None:
         """After a pause, decide afresh."""

@@ -12,7 +12,16 @@ from schemas.language import Annotations, Behaviors
 from schemas.motion import StopLatch
 from schemas.run import RunConfig
 from schemas.sensing import Odometry
-from schemas.task import CancelRequest, GoalStatus, InstructionStatus, TaskState
+from schemas.task import (
+    CancelRequest,
+    Goal,
+    GoalStatus,
+    Handling,
+    HandlingGoal,
+    HandlingStatus,
+    InstructionStatus,
+    TaskState,
+)
 from schemas.topics import Handlers, Output
 from services.policy.cost import Cost
 from services.policy.errand import (
@@ -23,6 +32,7 @@ from services.policy.errand import (
     ending_at_once,
     no_answer,
 )
+from services.policy.handwork import Ask, Handwork
 from services.policy.linear import default_expert, load_linear, weights_path
 from services.policy.pairing import Pairing, Reading
 from services.policy.policy import BeliefPolicy, Choice
@@ -55,6 +65,8 @@ class PolicyNode:
         self._asked_ns = 0
         self._pairing = Pairing("", 0)
         self._ended: set[str] = set()
+        self._handwork = Handwork(self._policy.standing, self._spec.limits.linear_speed)
+        self._belief: MapBelief | None = None
         self._grid: OccupancyGrid | None = None
         self._map_from_odom: Pose2 | None = None
         self._odom_from_base: Pose2 | None = None
@@ -71,11 +83,20 @@ class PolicyNode:
             topics.BELIEF: self.on_belief,
             topics.BEHAVIORS: self.on_behaviors,
             topics.GOAL_STATUS: self.on_goal_status,
+            topics.HANDLING_STATUS: self.on_handling_status,
         }
 
     def resume(self) -> Handlers:
         """The instruction goes on, and one that has ended does not start again."""
-        return {topics.INSTRUCTION_STATUS: self.on_own_status}
+        return {
+            topics.INSTRUCTION_STATUS: self.on_own_status,
+            topics.HANDLING_GOAL: self.on_own_handling_goal,
+        }
+
+    def on_own_handling_goal(self, goal: HandlingGoal) -> Iterable[Output]:
+        """Know whether the arm may be out."""
+        self._handwork.hands.folded = goal.action is Handling.STOW
+        return ()
 
     def on_own_status(self, status: InstructionStatus) -> Iterable[Output]:
         """Take up an instruction; its next decision is made afresh."""
@@ -106,7 +127,7 @@ class PolicyNode:
 
     def on_belief(self, belief: MapBelief) -> Iterable[Output]:
         """Decide, where no behaviours are to be expected."""
-        self._map_from_odom = belief.map_from_odom
+        self._map_from_odom, self._belief = belief.map_from_odom, belief
         yield from self._follow(self._pairing.take_belief(belief))
 
     def on_behaviors(self, behaviors: Behaviors) -> Iterable[Output]:
@@ -128,10 +149,19 @@ class PolicyNode:
 
     def on_goal_status(self, status: GoalStatus) -> Iterable[Output]:
         """Learn that a goal was reached or given up; the next belief leads to a decision."""
-        pose = self._map_from_base()
-        if self._errand and pose:
-            self._errand.goal_ended(status, pose)
-        return ()
+        errand, pose = self._errand, self._map_from_base()
+        if errand and pose:
+            if not errand.homeward:
+                errand.goal_ended(status, pose)
+            asked = self._handwork.arrived(errand, self._belief, status, pose)
+            yield from self._do(errand, asked, status.stamp_ns)
+
+    def on_handling_status(self, status: HandlingStatus) -> Iterable[Output]:
+        """Learn what the arm holds, and go on where it has done its part."""
+        errand = self._errand
+        asked = self._handwork.handled(errand, self._belief, status, self._map_from_base())
+        if errand:
+            yield from self._do(errand, asked, status.stamp_ns)
 
     def on_stop(self, latch: StopLatch) -> Iterable[Output]:
         """Decide nothing while stopped, and afresh afterwards."""
@@ -219,6 +249,10 @@ class PolicyNode:
         if over is not None:
             yield from self._end(errand, over, belief.stamp_ns)
             return
+        asked = self._handwork.before_choice(errand, belief, pose)
+        if asked is not None:
+            yield from self._do(errand, asked, belief.stamp_ns)
+            return
         choice = errand.choose(self._policy, belief, referents, self._grid, pose)
         if choice is not None:
             yield from self._act(errand, belief, choice)
@@ -227,24 +261,41 @@ class PolicyNode:
         decision = decision_of(errand, belief, choice)
         yield topics.DECISION.of(decision)
         if choice.confirms:
-            confirmed = Ending(TaskState.SUCCEEDED, None, "goal confirmed")
-            yield from self._end(errand, confirmed, belief.stamp_ns)
+            asked = self._handwork.confirmed(errand, belief, choice)
+            yield from self._do(errand, asked, belief.stamp_ns)
             return
         # Before the goal: a restarted policy then never sends a second goal of the same id.
         status = progress(errand, belief.stamp_ns, decision.reason)
         yield topics.INSTRUCTION_STATUS.of(status)
         if not choice.kept and not choice.is_idle:
-            errand.goal = goal_of(errand, belief, choice, self._spec)
-            yield topics.GOAL.of(errand.goal)
+            goal = goal_of(errand, belief, choice, self._spec)
+            yield from self._do(errand, self._handwork.drive(errand, goal), belief.stamp_ns)
+
+    def _do(self, errand: Errand, asked: list[Ask], stamp_ns: int) -> Iterable[Output]:
+        """Ask base and arm for what is to be done, or end the instruction."""
+        for one in asked:
+            if isinstance(one, Ending):
+                yield from self._end(errand, one, stamp_ns)
+            elif isinstance(one, Goal):
+                yield topics.GOAL.of(one)
+            else:
+                reason = f"the arm is to {one.action} {one.label}".rstrip()
+                yield topics.INSTRUCTION_STATUS.of(progress(errand, stamp_ns, reason))
+                yield topics.HANDLING_GOAL.of(one)
 
     def _begin(self, errand: Errand) -> None:
         self._errand = errand
+        self._handwork.hands.begin()
         self._pairing = Pairing(errand.instruction_id, errand.started_ns + errand.paused_ns)
 
     def _end(self, errand: Errand, ending: Ending, stamp_ns: int) -> Iterable[Output]:
         self._errand = None
         self._ended.add(errand.instruction_id)
         yield from self._halt(errand, stamp_ns)
+        hands = self._handwork.hands
+        if ending.state is not TaskState.SUCCEEDED and not hands.folded:
+            # What was broken off leaves the arm out, in a box perhaps.
+            yield topics.HANDLING_GOAL.of(hands.ask(errand.instruction_id, stamp_ns, Handling.STOW))
         yield topics.INSTRUCTION_STATUS.of(status_of(errand, stamp_ns, ending))
 
     def _halt(self, errand: Errand, stamp_ns: int) -> Iterable[Output]:

@@ -63,10 +63,24 @@ def standing_at(centers: Floats, map_from_base: Pose2) -> Candidates:
     return Candidates(aimed.kinds, centers, pose, aimed.object_id)
 
 
-def approaches(center: Floats, radius: float, object_id: int, map_from_base: Pose2) -> Candidates:
-    """Places round a seen thing at (2,) from which to declare it found, the nearest first."""
+def approaches(
+    center: Floats,
+    radius: float,
+    object_id: int,
+    map_from_base: Pose2,
+    gap: float = stand_off,
+) -> Candidates:
+    """Places round a seen thing from which to declare it found, the nearest first.
+
+    Args:
+        center: (2,) of the thing, map frame [m].
+        radius: of the thing [m].
+        object_id: what the candidates are about.
+        map_from_base: where the robot is.
+        gap: from the surface of the thing [m].
+    """
     here = np.array([map_from_base.x, map_from_base.y])
-    positions = _round(center, radius + stand_off, _approaches, here)
+    positions = _round(center, radius + gap, _approaches, here)
     target = np.repeat(center[None], len(positions), axis=0)
     return looking(Kind.OBSERVED, target, positions, object_id)
 

@@ -15,6 +15,7 @@ from services.policy.candidates import Candidates, Kind
 from services.policy.cost import Circumstances, Cost, Words
 from services.policy.referents import (
     Referents,
+    at_their_boxes,
     best_found,
     mass_of,
     place_of,
@@ -22,6 +23,7 @@ from services.policy.referents import (
     seen_figures,
 )
 from services.policy.search import places_to_look
+from services.policy.standing import Standing
 from services.policy.terrain import Terrain, terrain_for
 from services.policy.travel import travel_from
 from services.policy.view import FieldOfView
@@ -30,8 +32,6 @@ _shortest_move = 0.7
 """Shorter moves show nothing new and would freeze the robot [m]."""
 _smallest_turn = np.radians(20.0)
 _refused_within = 0.7
-_standing_slack = 0.15
-"""Farther from the stand-off than this is not at the thing [m]."""
 _in_the_middle = 0.5
 """This near to the free middle of a place one is there [m]."""
 _well_inside, _same_spot = 1.5, 0.3
@@ -61,6 +61,8 @@ class Memory:
     """What kind of landmark the instruction names."""
     wanted: str = ""
     """Class of the figure, "" where it is not known."""
+    inside: str = ""
+    """Class of the thing that the figure lies in, "" where the instruction names none."""
     settled: Floats | None = None
     """(2,) Where the goal of the last decision was, map frame [m]; None where it had none."""
 
@@ -119,9 +121,11 @@ class BeliefPolicy:
     def __init__(self, spec: RobotSpec, cost: Cost) -> None:
         self.cost = cost
         self._locations = spec.symbols.locations
+        self._containers = spec.symbols.containers
         self._turning_radius = spec.base.radius + _turning_margin
         self._radius = spec.base.passage_radius + _footprint_margin
         self._view = FieldOfView.of(spec.camera)
+        self.standing = Standing.of(spec)
 
     def decide(
         self,
@@ -145,14 +149,17 @@ class BeliefPolicy:
     ) -> Proposal:
         """The action set and its features."""
         situation = self._situation(grid, map_from_base, memory)
-        proposed = self._proposed(belief, referents, situation, map_from_base, memory.wanted)
+        aims = self._aims(referents, memory)
+        proposed = self._proposed(belief, aims, situation, map_from_base, memory)
+        proposed = _looked_into(proposed, seen_figures(referents))
         proposed = proposed.take(_worthwhile(proposed, situation, memory))
         stop = candidates_of.stop_at(map_from_base, best_found(referents))
         following = _still_reachable(memory.current, situation)
         candidates = candidates_of.joined([stop, *following, proposed])
         here = np.zeros(len(candidates))
-        here[0] = self._stands_at(belief, int(stop.object_id[0]), situation, map_from_base)
-        features = belief_features(situation, candidates, here, referents, self.cost.moments)
+        at = int(stop.object_id[0])
+        here[0] = self._stands_at(belief, at, situation, map_from_base, memory.refused)
+        features = belief_features(situation, candidates, here, aims, self.cost.moments)
         return Proposal(candidates, features, bool(following), float(here[0]))
 
     def choose(self, proposal: Proposal, referents: Referents, memory: Memory) -> Choice:
@@ -211,16 +218,23 @@ class BeliefPolicy:
         referents: Referents,
         situation: Situation,
         pose: Pose2,
-        wanted: str,
+        memory: Memory,
     ) -> Candidates:
-        parts = [self._unseen(situation.terrain, belief, pose, wanted)]
+        parts = [self._unseen(situation.terrain, belief, pose, memory.wanted)]
         if self._view.half_angle < np.pi:
             parts.append(places.turns(pose))
         parts += places.views_of(places.hypotheses(referents), pose, self._view.range_max)
         looks = places_to_look(referents, self._view, situation.terrain)
         parts.append(places.standing_at(looks, pose))
-        parts += [self._ways_to(belief, one, situation, pose) for one in seen_figures(referents)]
+        parts += [
+            self._ways_to(belief, one, situation, pose, memory.refused)
+            for one in seen_figures(referents)
+        ]
         return candidates_of.joined(parts)
+
+    def _aims(self, referents: Referents, memory: Memory) -> Referents:
+        """What to look for: where the figure lies in a thing, that thing."""
+        return at_their_boxes(referents) if memory.inside in self._containers else referents
 
     def _unseen(self, terrain: Terrain, belief: MapBelief, pose: Pose2, wanted: str) -> Candidates:
         """Where to go for things nobody saw: a place lies beyond the measured ground."""
@@ -229,34 +243,47 @@ class BeliefPolicy:
         return places.frontiers(terrain, pose, belief.viewer)
 
     def _ways_to(
-        self, belief: MapBelief, object_id: int, situation: Situation, pose: Pose2
+        self,
+        belief: MapBelief,
+        object_id: int,
+        situation: Situation,
+        pose: Pose2,
+        refused: Floats,
     ) -> Candidates:
         """Into a place, or up to a thing."""
         row = _row_of(belief, object_id)
         center = belief.position[row]
         if self._is_place(belief, row):
             return places.inside(center, object_id, situation.terrain, self._turning_radius, pose)
-        ways = places.approaches(center, _radius_of(belief, row), object_id, pose)
+        center, radius = self.standing.around(belief, row)
+        ways = places.approaches(center, radius, object_id, pose, self.standing.gap)
+        if self._containers:
+            # An arm that reached nothing from one side may reach it from another.
+            ways = ways.take(np.flatnonzero(~_is_refused(ways, refused)).astype(np.int32))
         return _nearest_ways(ways, situation, self._radius)
 
     def _is_place(self, belief: MapBelief, row: int) -> bool:
         return belief.classes[belief.class_index[row]] in self._locations
 
     def _stands_at(
-        self, belief: MapBelief, object_id: int, situation: Situation, pose: Pose2
+        self,
+        belief: MapBelief,
+        object_id: int,
+        situation: Situation,
+        pose: Pose2,
+        refused: Floats,
     ) -> bool:
         if object_id < 0:
             return False
         row = _row_of(belief, object_id)
         if self._is_place(belief, row):
-            spot = self._ways_to(belief, object_id, situation, pose).pose[0]
+            spot = self._ways_to(belief, object_id, situation, pose, refused).pose[0]
             gap = float(np.hypot(*(spot[:2] - (pose.x, pose.y))))
             came = np.hypot(*(situation.tried[:, :2] - (pose.x, pose.y)).T) < _same_spot
             # The middle moves while more of a place is seen: who came to it once has come.
             arrived = bool(came.any()) and gap <= _well_inside and _is_in(belief, row)
             return gap <= _in_the_middle or arrived
-        distance = float(np.hypot(*(belief.position[row] - (pose.x, pose.y))))
-        return distance - _radius_of(belief, row) <= places.stand_off + _standing_slack
+        return self.standing.is_at(belief, row, pose, refused)
 
 
 def _circumstances(
@@ -283,11 +310,6 @@ def _row_of(belief: MapBelief, object_id: int) -> int:
     return int(np.flatnonzero(belief.seen & (belief.node == object_id))[0])
 
 
-def _radius_of(belief: MapBelief, row: int) -> float:
-    """Of the circle that a seen thing fills, about [m]."""
-    return 0.25 * float(belief.extent[row, 0] + belief.extent[row, 1])
-
-
 def _nearest_ways(ways: Candidates, situation: Situation, radius: float) -> Candidates:
     distance = situation.travel.to(ways.pose[:, :2])
     narrow = situation.terrain.clearance_at(ways.pose[:, :2]) < radius
@@ -305,15 +327,30 @@ def _still_reachable(current: Candidates | None, situation: Situation) -> list[C
 def _worthwhile(proposed: Candidates, situation: Situation, memory: Memory) -> Ints:
     """Rows that can be reached, were not refused, and are not where the robot is already."""
     reachable = np.isfinite(situation.travel.to(proposed.pose[:, :2]))
-    offset = proposed.pose[:, None, :2] - memory.refused
-    refused = (np.hypot(offset[..., 0], offset[..., 1]) < _refused_within).any(axis=1)
+    refused = _is_refused(proposed, memory.refused)
     kept = reachable & ~refused & _is_a_move(proposed, situation.pose)
     return np.flatnonzero(kept).astype(np.int32)
+
+
+def _is_refused(proposed: Candidates, refused: Floats) -> Flags:
+    """(C,) Which candidates stand near to one of the places (R, 2) that did not do."""
+    offset = proposed.pose[:, None, :2] - refused
+    near: Flags = np.any(np.hypot(offset[..., 0], offset[..., 1]) < _refused_within, axis=1)
+    return near
+
+
+def _looked_into(proposed: Candidates, seen: list[int]) -> Candidates:
+    """The same, where one looks into seen things that are none of the seen figures themselves."""
+    kinds = tuple(
+        Kind.INSIDE if kind is Kind.OBSERVED and number not in seen else kind
+        for kind, number in zip(proposed.kinds, proposed.object_id.tolist(), strict=True)
+    )
+    return replace(proposed, kinds=kinds)
 
 
 def _is_a_move(proposed: Candidates, pose: Floats) -> Flags:
     moved = np.hypot(*(proposed.pose[:, :2] - pose[:2]).T)
     turned = np.array([abs(wrap_angle(yaw)) for yaw in (proposed.pose[:, 2] - pose[2]).tolist()])
     on_the_spot = (moved < 1e-6) & (turned > _smallest_turn)
-    observed = np.array([kind is Kind.OBSERVED for kind in proposed.kinds])
+    observed = np.array([kind in (Kind.OBSERVED, Kind.INSIDE) for kind in proposed.kinds])
     return (moved > _shortest_move) | on_the_spot | observed

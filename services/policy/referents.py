@@ -4,7 +4,7 @@ The belief says what may be where, the behaviours say which of it is meant (Eq. 
 meet here, and everything after this module sees one weighted list, whoever made it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -53,6 +53,8 @@ class Referents:
     """(M,) True also where there is none: nothing is left to see."""
     landmark_existence: Floats
     """(M,)"""
+    landmark_id: Ints
+    """(M,) -1 where there is none."""
 
     @property
     def found(self) -> Flags:
@@ -93,6 +95,23 @@ def place_of(referents: Referents, object_id: int) -> Floats:
 def seen_figures(referents: Referents) -> list[int]:
     """Ids of the seen objects that may be meant, ascending."""
     return np.unique(referents.figure_id[referents.known & referents.figure_seen]).tolist()
+
+
+def at_their_boxes(referents: Referents) -> Referents:
+    """The same readings where things that lie in others are looked for at those.
+
+    Nobody sees what is in a box from afar: to go for it is to go for the box. A box that was seen
+    takes the place of what it may hold.
+    """
+    hidden = referents.known & ~referents.figure_seen & (referents.landmark_id >= 0)
+    in_seen = hidden & referents.landmark_seen
+    return replace(
+        referents,
+        figure=np.where(hidden[:, None], referents.landmark, referents.figure),
+        figure_id=np.where(in_seen, referents.landmark_id, referents.figure_id),
+        figure_seen=referents.figure_seen | in_seen,
+        figure_existence=np.where(hidden, referents.landmark_existence, referents.figure_existence),
+    )
 
 
 def from_behaviors(belief: MapBelief, behaviors: Behaviors) -> Referents:
@@ -169,6 +188,7 @@ def _readings(
             landmark=belief.position[landmark_row],
             landmark_seen=seen[landmark_row] | ~has_landmark,
             landmark_existence=belief.existence[landmark_row],
+            landmark_id=np.where(has_landmark, belief.node[landmark_row], np.int32(-1)),
         )
     )
 
@@ -207,6 +227,7 @@ def _with_nothing(readings: Referents) -> Referents:
         landmark=np.concatenate([readings.landmark, np.zeros((1, 2))]),
         landmark_seen=np.append(readings.landmark_seen, False),
         landmark_existence=np.append(readings.landmark_existence, 0.0),
+        landmark_id=np.append(readings.landmark_id, np.int32(-1)),
     )
 
 

@@ -20,6 +20,7 @@ _reasons = {
     Kind.OBSERVED: "it was seen: going there",
     Kind.HYPOTHESISED: "looking where it may be",
     Kind.FRONTIER: "looking where nobody has looked",
+    Kind.INSIDE: "going to look into it",
     Kind.STOP: "standing at it",
 }
 

@@ -65,6 +65,7 @@ def test_without_confirmation_a_seen_figure_is_enough() -> None:
         landmark=np.zeros((2, 2)),
         landmark_seen=np.array([False, False]),
         landmark_existence=np.ones(2),
+        landmark_id=np.array([4, -1], np.int32),
     )
     policy = UnconfirmedPolicy.of(RUN)
     start = Memory(np.zeros((0, 2)), np.zeros((0, 3)), None, 0.0)
