@@ -23,7 +23,7 @@ from schemas.geometry import Pose2, Pose3
 from schemas.motion import ArmCommand, BaseCommand, GripperCommand
 from schemas.sensing import JointState, LaserScan, Odometry, RgbdFrame, WristFrame
 from sim.arm_mover import ArmMover
-from sim.assets.library import SMALL
+from sim.assets.library import SMALL, bounds
 from sim.base import WHEELS, BaseBody
 from sim.governor import BaseGovernor
 from sim.loose import LooseThings
@@ -39,6 +39,8 @@ TICK_S = TICK_NS / 1e9
 ODOMETRY_HZ = 20.0
 JOINTS_HZ = 10.0
 ARM_JOINTS_HZ = 20.0
+_in_hand = 0.15
+"""From the point between the fingers to the middle of what they hold, at most [m]."""
 
 
 class _State(Struct, frozen=True, kw_only=True):
@@ -72,6 +74,7 @@ class SapienDriver:
     def __init__(self, spec: RobotSpec, world: World, seed: int = 0, camera: bool = True) -> None:
         self._spec = spec
         self._world = world
+        self._looks = {placed.id: (placed.label, placed.look) for placed in world.objects}
         self._seed = seed
         self._tick = 0
         self._governor = BaseGovernor(spec.limits)
@@ -139,6 +142,21 @@ class SapienDriver:
     def arm_joints(self) -> np.ndarray:
         """Angles of the arm's joints (6,) as they truly are, for evaluation [rad]."""
         return self._moved_arm().body.positions[:6]
+
+    def in_gripper(self) -> tuple[str, ...]:
+        """Ids of the things that are truly between the fingers, for evaluation."""
+        if self._arm is None or self._loose is None or self._spec.arm is None:
+            return ()
+        arm = self._spec.arm
+        hand = arm.base_from_foot @ pose(forward(arm, self.arm_joints)) @ arm.flange_from_tool
+        tool = np.array((self._world_from_base.lifted() @ hand).position)
+        middles = {
+            name: at.apply(np.mean(bounds(*self._looks[name]), axis=0))
+            for name, at in self._loose.poses.items()
+        }
+        return tuple(
+            name for name, at in middles.items() if float(np.linalg.norm(at - tool)) < _in_hand
+        )
 
     def command(self, command: BaseCommand) -> None:
         """Take a velocity; it is obeyed within the limits until it expires."""

@@ -25,7 +25,7 @@ SECTORS = {"back": 0.0, "left": math.pi / 2, "front": math.pi, "right": -math.pi
 """Direction of each relation from the landmark, from the ray viewer -> landmark [rad]."""
 SECTOR_HALF_WIDTH = {"back": 60.0, "front": 60.0, "left": 30.0, "right": 30.0}
 """[deg]; the four sectors share the circle."""
-RELATIONS = (*SECTORS, "near", "away", "unknown")
+RELATIONS = (*SECTORS, "near", "away", "inside", "unknown")
 INSIDE = 1.5
 """Somebody this near to the middle of a place is there, as is whoever is inside [m]."""
 
@@ -143,7 +143,7 @@ class Oracle:
         if relation not in RELATIONS:
             raise OracleError(f"no relation {relation!r}; there are: {', '.join(RELATIONS)}")
         candidates = [p for p in self.objects if p.label == label and p.id != landmark_id]
-        landmark = self.world.find(landmark_id).world_from_object
+        landmark = self.world.find(landmark_id)
         return tuple(p.id for p in candidates if self._holds(relation, p, landmark))
 
     def nearest(self, label: str, landmark_id: str) -> str:
@@ -158,12 +158,15 @@ class Oracle:
         landmark = self.world.find(landmark_id).world_from_object
         return min(candidates, key=lambda placed: _distance(placed.world_from_object, landmark)).id
 
-    def _holds(self, relation: str, figure: PlacedObject, landmark: Pose2) -> bool:
+    def _holds(self, relation: str, figure: PlacedObject, thing: PlacedObject) -> bool:
         pose, viewer = figure.world_from_object, self.world.world_from_start
+        landmark, outline = thing.world_from_object, footprint(thing)
         if relation in ("near", "away"):
             return (_distance(pose, landmark) < NEAR) == (relation == "near")
         if relation == "unknown":
             return True
+        if relation == "inside":
+            return bool(outline.contains(shapely.Point(pose.x, pose.y)))
         ray = math.atan2(landmark.y - viewer.y, landmark.x - viewer.x)
         direction = math.atan2(pose.y - landmark.y, pose.x - landmark.x)
         off = direction - ray - SECTORS[relation]

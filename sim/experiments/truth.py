@@ -13,6 +13,9 @@ from sim.world import make_world
 
 REACHED_M = 2.0
 """The base's middle is this near the object's middle when the robot has arrived [m]."""
+HOME_M = 1.0
+"""What is brought is this near to where the robot started, at most [m]."""
+TAKING = ("pick", "retrieve")
 COLLISION_M = 0.02
 """A footprint this near an obstacle has touched it [m]."""
 
@@ -51,6 +54,7 @@ class Truth:
         )
         places = self._oracle.places
         self._began_in = {name for name in places if self._oracle.is_at(name, reached_m)}
+        self._taken = ""
         self._last = driver.world_from_base
         self.distance_m = 0.0
         self._least_clearance_m = math.inf
@@ -67,6 +71,10 @@ class Truth:
     def judge(self, heard: Annotations | None, status: InstructionStatus | None) -> Verdict:
         """Success, or the first thing that went wrong."""
         meant = self.meant(heard)
+        if heard is not None and heard.behaviors:
+            self._taken = heard.behaviors[0].action
+        if self._taken == "retrieve":
+            return self._judge_bringing(meant, status)
         error_m = min((self._oracle.distance_to(name) for name in meant), default=math.inf)
         path_m = min((self._shortest(name) for name in meant), default=0.0)
         failure = self._failure(status, meant)
@@ -79,9 +87,30 @@ class Truth:
             return Failure.TIMEOUT
         if status.state is not TaskState.SUCCEEDED:
             return status.failure or Failure.FAULT
+        if self._taken in TAKING:
+            return self._failure_of_taking(meant)
         if any(self._oracle.is_at(name, self._reached_m) for name in meant):
             return None
         return Failure.WRONG_OBJECT if self.within_reach() else Failure.STOPPED_EARLY
+
+    def _judge_bringing(self, meant: tuple[str, ...], status: InstructionStatus | None) -> Verdict:
+        """The robot is to be back at where it started, with the thing."""
+        path_m = 2 * min((self._shortest(name) for name in meant), default=0.0)
+        return Verdict(self._failure(status, meant), self._from_start_m, path_m)
+
+    @property
+    def _from_start_m(self) -> float:
+        here, start = self._driver.world_from_base, self._oracle.world.world_from_start
+        return math.hypot(here.x - start.x, here.y - start.y)
+
+    def _failure_of_taking(self, meant: tuple[str, ...]) -> Failure | None:
+        held = self._driver.in_gripper()
+        if not held:
+            return Failure.GRASP_FAILED
+        if not set(held) & set(meant):
+            return Failure.WRONG_OBJECT
+        away = self._taken == "retrieve" and self._from_start_m > HOME_M
+        return Failure.STOPPED_EARLY if away else None
 
     def meant(self, heard: Annotations | None) -> tuple[str, ...]:
         """Ids of the objects or places that satisfy the best reading of the instruction."""

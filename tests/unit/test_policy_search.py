@@ -36,6 +36,7 @@ def referents(figure, landmark=None, weights=None) -> Referents:
         landmark=figure if landmark is None else np.asarray(landmark, float),
         landmark_seen=np.full(count, landmark is None),
         landmark_existence=np.ones(count),
+        landmark_id=np.full(count, -1 if landmark is None else 2000, np.int32),
     )
 
 

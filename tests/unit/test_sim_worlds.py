@@ -98,8 +98,8 @@ def test_the_shortest_path_goes_around_and_says_when_there_is_none():
     assert shortest_path((0, 0), (10, 0), [], 0.5) == pytest.approx(10)
     ring = shapely.Point(10, 0).buffer(3).boundary.buffer(0.1)
     assert math.isinf(shortest_path((0, 0), (10, 0), [ring], 0.5))
-    with pytest.raises(OracleError, match="inside"):
-        oracle(make_world("hydrant", 0)).satisfying("cone", "inside", "hydrant_1")
+    with pytest.raises(OracleError, match="above"):
+        oracle(make_world("hydrant", 0)).satisfying("cone", "above", "hydrant_1")
 
 
 def test_nearest_is_the_smallest_distance():
