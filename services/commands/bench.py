@@ -33,6 +33,7 @@ class Bench:
 BENCHES: dict[str, Bench] = {
     "table1": Bench("table1:measure", 100, "table1:draw"),
     "table2": Bench("table2:measure", 100, "table2:draw"),
+    "table5": Bench("table5:measure", 100, "table5:draw"),
     "ablations": Bench("bench_ablations:measure", 100),
     "adaptive": Bench("bench_adaptive:measure", 5),
     "belief": Bench("bench_belief:measure", 1, "bench_belief:draw"),
@@ -65,8 +66,8 @@ def bench(
     """Run an experiment; our figures stand beside the paper's.
 
     Args:
-        name: table1, table2, ablations, adaptive, belief, fov, grounding, grounding_scaling,
-            grounding_training, log, mapping, perception, runtime, or all.
+        name: table1, table2, table5, ablations, adaptive, belief, fov, grounding,
+            grounding_scaling, grounding_training, log, mapping, perception, runtime, or all.
         runs: how often each thing is tried or timed; by default as many as the experiment wants.
         workers: processes that may work at once; what measures time uses one.
         cluster: spread episodes with Ray: over the cluster at an address (HOST:PORT, ray://HOST:PORT

@@ -93,6 +93,9 @@ def _true_map(run: RunConfig, truth: Truthful) -> Node:
 
 def _reference_driver(run: RunConfig, truth: Truthful) -> Node:
     spec = get_robot(run.robot)
+    if spec.arm:
+        # A shortest path ends before the arm begins: its own policy drives on the true map.
+        return PolicyNode(run, node_generator(run, "policy"))
     return ReferenceDriverNode(
         spec, truth.world_from_base, lambda heard: _reference(run, truth, heard)
     )

@@ -37,7 +37,7 @@ _standing = ("suitcase", "cone", "crate", "bin", "post", "sign")
 
 @dataclass(frozen=True)
 class Site:
-    """Where boxes stand."""
+    """Where boxes stand, and how far the camera is trusted there."""
 
     horizon: float
     """The camera is trusted up to there [m]."""
