@@ -114,6 +114,19 @@ class Hands:
         return Verdict(None, move=failure in _from_elsewhere)
 
 
+def in_words(goal: HandlingGoal) -> str:
+    """What the arm is asked for, for people."""
+    match goal.action:
+        case Handling.LOOK:
+            return f"looking into the {goal.label}"
+        case Handling.PICK:
+            return f"taking the {goal.label}"
+        case Handling.STOW:
+            return "folding the arm"
+        case Handling.PLACE:
+            return f"putting down the {goal.label}"
+
+
 def place_of_row(belief: MapBelief, row: int) -> tuple[Pose3, tuple[float, float, float]]:
     """Where a seen thing stands, map frame, and its size."""
     x, y = belief.position[row].tolist()

@@ -32,6 +32,7 @@ from services.policy.errand import (
     ending_at_once,
     no_answer,
 )
+from services.policy.hands import in_words
 from services.policy.handwork import Ask, Handwork
 from services.policy.linear import default_expert, load_linear, weights_path
 from services.policy.pairing import Pairing, Reading
@@ -67,6 +68,7 @@ class PolicyNode:
         self._ended: set[str] = set()
         self._handwork = Handwork(self._policy.standing, self._spec.limits.linear_speed)
         self._belief: MapBelief | None = None
+        self._arm_said = ""
         self._grid: OccupancyGrid | None = None
         self._map_from_odom: Pose2 | None = None
         self._odom_from_base: Pose2 | None = None
@@ -161,7 +163,13 @@ class PolicyNode:
         errand = self._errand
         asked = self._handwork.handled(errand, self._belief, status, self._map_from_base())
         if errand:
+            yield from self._say_what_the_arm_does(errand, status)
             yield from self._do(errand, asked, status.stamp_ns)
+
+    def _say_what_the_arm_does(self, errand: Errand, status: HandlingStatus) -> Iterable[Output]:
+        if self._handwork.hands.pending and status.reason != self._arm_said:
+            self._arm_said = status.reason
+            yield topics.INSTRUCTION_STATUS.of(progress(errand, status.stamp_ns, status.reason))
 
     def on_stop(self, latch: StopLatch) -> Iterable[Output]:
         """Decide nothing while stopped, and afresh afterwards."""
@@ -279,8 +287,7 @@ class PolicyNode:
             elif isinstance(one, Goal):
                 yield topics.GOAL.of(one)
             else:
-                reason = f"the arm is to {one.action} {one.label}".rstrip()
-                yield topics.INSTRUCTION_STATUS.of(progress(errand, stamp_ns, reason))
+                yield topics.INSTRUCTION_STATUS.of(progress(errand, stamp_ns, in_words(one)))
                 yield topics.HANDLING_GOAL.of(one)
 
     def _begin(self, errand: Errand) -> None:

@@ -23,6 +23,7 @@ from schemas.arrays import Floats
 from schemas.geometry import Pose2, Pose3
 from schemas.perception import Detections
 from schemas.sensing import JointState, Odometry
+from schemas.task import HandlingStatus, TaskState
 from schemas.topics import Handlers, Output
 from sim.assets.library import SMALL
 from sim.driver import SapienDriver
@@ -110,12 +111,22 @@ class ModelledBodies:
         self._driver, self._spec, self._settings, self._rng = driver, spec, settings, rng
         self._odom_from_base = Pose2(0.0, 0.0, 0.0)
         self._due_ns = {"base": 0, "wrist": 0}
+        self._handling = False
         self.blind = False
         """For tests: nothing comes from the wrist's camera."""
 
     def handlers(self) -> Handlers:
         """Odometry and joints set the pace: they come when the truth is that of their stamps."""
-        return {topics.ODOMETRY: self.on_odometry, topics.JOINT_STATE: self.on_joints}
+        return {
+            topics.ODOMETRY: self.on_odometry,
+            topics.JOINT_STATE: self.on_joints,
+            topics.HANDLING_STATUS: self.on_handling,
+        }
+
+    def on_handling(self, status: HandlingStatus) -> Iterable[Output]:
+        """As perception does, look through the wrist's camera for as long as the arm works."""
+        self._handling = status.state is TaskState.ACTIVE
+        return ()
 
     def on_odometry(self, odometry: Odometry) -> Iterable[Output]:
         """What a picture of the camera on the mast would show now."""
@@ -127,7 +138,7 @@ class ModelledBodies:
 
     def on_joints(self, state: JointState) -> Iterable[Output]:
         """What a picture of the wrist's camera would show now."""
-        if self.blind or not self._is_due("wrist", state.stamp_ns):
+        if self.blind or not self._handling or not self._is_due("wrist", state.stamp_ns):
             return
         none = (_no_view, _no_view)
         yield from self._told(self._wrist_eye(), none, state.stamp_ns, of_wrist=True)
