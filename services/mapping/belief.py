@@ -4,7 +4,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from schemas.arrays import Floats, Ints
+from schemas.arrays import Flags, Floats, Ints
 from schemas.belief import MapBelief, first_topology, shared
 from schemas.geometry import Pose2
 from services.mapping import prior, relations
@@ -150,8 +150,14 @@ def _figures(semantic: SemanticFilter) -> _Rows:
     particles = semantic.particles
     rows = np.flatnonzero(particles.figure == hypothesised_figure).astype(np.int32)
     wanted = [reading.figure for reading in semantic.readings]
+    enclosed = np.array([reading.enclosed for reading in semantic.readings], np.bool_)
     return _hypothesised(
-        semantic, rows, hypothesised_figure, particles.figure_position[rows], wanted
+        semantic,
+        rows,
+        hypothesised_figure,
+        particles.figure_position[rows],
+        wanted,
+        enclosed[particles.reading[rows]] if len(enclosed) else np.zeros(len(rows), np.bool_),
     )
 
 
@@ -159,13 +165,24 @@ def _landmarks(semantic: SemanticFilter) -> _Rows:
     particles = semantic.particles
     rows = np.flatnonzero(particles.landmark == hypothesised_landmark).astype(np.int32)
     wanted = [reading.landmark or 0 for reading in semantic.readings]
+    standing_free = np.zeros(len(rows), np.bool_)
     return _hypothesised(
-        semantic, rows, hypothesised_landmark, particles.landmark_position[rows], wanted
+        semantic,
+        rows,
+        hypothesised_landmark,
+        particles.landmark_position[rows],
+        wanted,
+        standing_free,
     )
 
 
 def _hypothesised(
-    semantic: SemanticFilter, rows: Ints, node: int, places: Floats, wanted: list[int]
+    semantic: SemanticFilter,
+    rows: Ints,
+    node: int,
+    places: Floats,
+    wanted: list[int],
+    enclosed: Flags,
 ) -> _Rows:
     classes = np.array(wanted, np.int32)[semantic.particles.reading[rows]] if wanted else rows[:0]
     radii = [prior.typical_radius(semantic.classes[index]) for index in classes.tolist()]
@@ -173,7 +190,8 @@ def _hypothesised(
     evidence = semantic.evidence
     log_missed, left = np.zeros(len(rows)), places.copy()
     for index in np.unique(classes).tolist():
-        own = classes == index
+        # Whoever looked at the ground about a box has not seen what is in it.
+        own = (classes == index) & ~enclosed
         log_missed[own] = missed(places[own], index, evidence)
         left[own] = left_for(places[own], index, evidence)
     unseen = _prior_existence * np.exp(log_missed)
