@@ -119,4 +119,4 @@ def test_the_graph_shows_every_process(capsys: pytest.CaptureFixture[str]) -> No
     assert main(["graph"]) == 0
     drawn = capsys.readouterr().out
     assert drawn.startswith("graph LR")
-    assert "perception -->|detections<br/>scene| mapping" in drawn
+    assert "perception -->|detections<br/>scene<br/>wrist/detections| mapping" in drawn
