@@ -72,13 +72,10 @@ class Hand:
 
     Args:
         work: what the arm knows; the fields are updated by whoever hears of them.
-        unique: part of the ids of motions, so that no other process has the same ones.
     """
 
-    def __init__(self, work: Workspace, unique: str) -> None:
+    def __init__(self, work: Workspace) -> None:
         self.work = work
-        self._unique = unique
-        self._motions = 0
         self._steps: Steps | None = None
         self._step: Step | None = None
         self._since_ns = 0
@@ -136,8 +133,8 @@ class Hand:
         self._since_ns, self._follower = self.work.stamp_ns, None
         doing = Outcome(TaskState.ACTIVE, None, step.doing)
         if isinstance(step, Move):
-            self._motions += 1
-            name = f"{self._unique}/{self._motions}"
+            # A restarted process must not send a motion of an id that the driver knows.
+            name = f"motion/{self.work.stamp_ns}"
             self._follower = Follower(step.motion, name, self.work.stamp_ns)
         opening = step.opening if isinstance(step, Grip) else None
         return Orders(self._follower, opening, doing)

@@ -34,8 +34,7 @@ class ManipulationNode:
     def __init__(self, run: RunConfig, rng: np.random.Generator) -> None:
         self._work = Workspace(robot_of(run), rng)
         self._arm = self._work.arm
-        # A restarted process must not send a motion of an id that the driver knows.
-        self._hand = Hand(self._work, unique=f"{rng.integers(2**31):08x}")
+        self._hand = Hand(self._work)
         self._goal: HandlingGoal | None = None
         self._outcome = Outcome(TaskState.SUCCEEDED, None, "")
         self._reported_ns = 0

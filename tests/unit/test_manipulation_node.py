@@ -164,6 +164,18 @@ def test_a_restarted_process_repeats_nothing_and_knows_what_it_holds() -> None:
     assert puppet.statuses[-1].failure is HandlingFailure.DROPPED
 
 
+def test_the_motions_of_a_restarted_process_are_new_to_the_driver(unfolded: Puppet) -> None:
+    unfolded.ask(Handling.STOW)
+    unfolded.run(1.2)
+    sent = {command.id for command in unfolded.commands}
+    unfolded.node = ManipulationNode(RUN, np.random.default_rng(0))
+    unfolded.handlers = unfolded.node.handlers()
+    unfolded.ask(Handling.STOW)
+    unfolded.run(5.0)
+    assert unfolded.commands[-1].id not in sent
+    np.testing.assert_allclose(unfolded.joints, STOW, atol=0.02)
+
+
 def test_a_goal_that_cannot_be_met_moves_nothing() -> None:
     puppet = Puppet()
     puppet.run(1.0)
