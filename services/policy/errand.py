@@ -59,6 +59,8 @@ class Errand:
     """Time spent under the stop latch, or waiting for an answer."""
     settled: Floats | None = None
     """(2,) Where the thing is that was meant beyond doubt when last asked, map frame [m]."""
+    driving: bool = False
+    """Whether the last goal that was sent has not ended."""
     homeward: bool = False
     """Whether what was wanted is being brought to where the instruction was given."""
     final: Ending | None = None

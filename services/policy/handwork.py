@@ -27,6 +27,8 @@ _found = Ending(State.SUCCEEDED, None, "goal confirmed")
 _home_tolerance = 0.25
 """What is brought is brought as near to where it was asked for [m]."""
 _ways_home = 3
+_anywhere = 100.0
+"""Tolerance that any place meets [m]."""
 
 
 class Handwork:
@@ -40,13 +42,25 @@ class Handwork:
     def __init__(self, standing: Standing, speed: float) -> None:
         self._standing, self._speed = standing, speed
         self.hands = Hands()
+        self._halting = ""
+        """Id of the goal that lets the base stand still before the arm moves."""
+
+    @property
+    def halting(self) -> bool:
+        """Whether the base is being brought to a stand."""
+        return bool(self._halting)
+
+    def begin(self) -> None:
+        """A new instruction."""
+        self._halting = ""
+        self.hands.begin()
 
     def before_choice(
         self, errand: Errand, belief: MapBelief, map_from_base: Pose2
     ) -> list[Ask] | None:
         """What comes before the next decision; None if that may be taken."""
         hands = self.hands
-        if hands.pending or errand.homeward or errand.final:
+        if hands.pending or errand.homeward or errand.final or self._halting:
             return []
         needs_hand = errand.action in TAKING or bool(errand.inside)
         if not hands.holding or not needs_hand:
@@ -62,6 +76,8 @@ class Handwork:
 
     def confirmed(self, errand: Errand, belief: MapBelief, choice: Choice) -> list[Ask]:
         """The robot stands at what is meant: that is the end, or the beginning of taking it."""
+        if errand.action in TAKING and errand.driving:
+            return [self._halt(errand, belief)]
         if errand.action in TAKING:
             number = int(choice.candidates.object_id[choice.chosen])
             return [self._ask_about(errand, belief, Handling.PICK, number, errand.wanted)]
@@ -70,8 +86,7 @@ class Handwork:
     def drive(self, errand: Errand, goal: Goal) -> list[Ask]:
         """Drive there, with the arm folded."""
         if self.hands.folded:
-            errand.goal = goal
-            return [goal]
+            return [_sent(errand, goal)]
         self.hands.then = goal
         return [self.hands.ask(errand.instruction_id, goal.stamp_ns, Handling.STOW)]
 
@@ -88,6 +103,11 @@ class Handwork:
         """The base has come to the end of a way, or given it up."""
         own = errand.goal is not None and status.goal_id == errand.goal.id
         if not own or status.state is State.ACTIVE or belief is None:
+            return []
+        errand.driving = False
+        if self._halting:
+            self._halting = ""
+            errand.go_on(0)
             return []
         if errand.homeward:
             return self._came_home(errand, belief, status)
@@ -137,8 +157,7 @@ class Handwork:
             return [errand.final]
         then, self.hands.then = self.hands.then, None
         if then is not None:
-            errand.goal = then
-            return [then]
+            return [_sent(errand, then)]
         if self.hands.holding and self.hands.holding == errand.wanted:
             return self._carry(errand, belief)
         errand.arm_ended(belief.stamp_ns)
@@ -185,6 +204,20 @@ class Handwork:
         )
         return [errand.goal]
 
+    def _halt(self, errand: Errand, belief: MapBelief) -> Goal:
+        """Let the base stand: it may have come to the thing on its way to somewhere else."""
+        self._halting = f"{errand.instruction_id}/stand/{errand.decisions}"
+        errand.goal = Goal(
+            stamp_ns=belief.stamp_ns,
+            id=self._halting,
+            instruction_id=errand.instruction_id,
+            map_from_goal=belief.map_from_base,
+            tolerance=_anywhere,
+            face=False,
+            speed_limit=0.0,
+        )
+        return errand.goal
+
     def _came_home(self, errand: Errand, belief: MapBelief, status: GoalStatus) -> list[Ask]:
         if status.state is State.SUCCEEDED:
             held = f"the {self.hands.holding} was brought to where it was asked for"
@@ -208,6 +241,11 @@ class Handwork:
             return False
         refused = np.array(errand.refused).reshape(-1, 2)
         return self._standing.is_at(belief, _row_of(belief, number), map_from_base, refused)
+
+
+def _sent(errand: Errand, goal: Goal) -> Goal:
+    errand.goal, errand.driving = goal, True
+    return goal
 
 
 def _row_of(belief: MapBelief, number: int) -> int:

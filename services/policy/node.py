@@ -153,7 +153,7 @@ class PolicyNode:
         """Learn that a goal was reached or given up; the next belief leads to a decision."""
         errand, pose = self._errand, self._map_from_base()
         if errand and pose:
-            if not errand.homeward:
+            if not (errand.homeward or self._handwork.halting):
                 errand.goal_ended(status, pose)
             asked = self._handwork.arrived(errand, self._belief, status, pose)
             yield from self._do(errand, asked, status.stamp_ns)
@@ -292,7 +292,7 @@ class PolicyNode:
 
     def _begin(self, errand: Errand) -> None:
         self._errand = errand
-        self._handwork.hands.begin()
+        self._handwork.begin()
         self._pairing = Pairing(errand.instruction_id, errand.started_ns + errand.paused_ns)
 
     def _end(self, errand: Errand, ending: Ending, stamp_ns: int) -> Iterable[Output]:

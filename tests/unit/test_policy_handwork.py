@@ -205,6 +205,20 @@ def test_nothing_is_decided_while_the_arm_works() -> None:
     assert len(robot.asked[topics.DECISION.key]) == before
 
 
+def test_a_base_that_passes_the_thing_stands_still_before_the_arm_moves() -> None:
+    robot = Robot()
+    robot.believe()
+    driven = len(robot.asked[topics.GOAL.key])
+    robot.stand(STANDING)
+    robot.believe(ball_seen=True)
+    assert robot.actions == []
+    assert len(robot.asked[topics.GOAL.key]) == driven + 1
+    assert robot.goal.map_from_goal == STANDING
+    robot.arrive(STANDING)
+    robot.believe(ball_seen=True)
+    assert robot.actions == [Handling.PICK]
+
+
 def test_what_was_found_is_taken_carried_home_and_held_there() -> None:
     robot = Robot()
     robot.take()
