@@ -39,7 +39,7 @@ def take(work: Workspace, label: str, place: Floats) -> Steps:
     Args:
         work: the arm and what it knows.
         label: class of the thing.
-        place: (3,) its middle, in the frame of dead reckoning [m].
+        place: (2,) about where it is, in the frame of dead reckoning; how high it lies is seen [m].
 
     Raises:
         RefusalError: why it is not in the gripper.

@@ -20,7 +20,7 @@ def task_of(work: Workspace, goal: HandlingGoal) -> Steps:
         case Handling.LOOK:
             return (yield from look_inside(work, goal.label, place))
         case Handling.PICK:
-            return (yield from take(work, goal.label, place))
+            return (yield from take(work, goal.label, place[:2]))
         case Handling.STOW:
             return (yield from stow(work))
         case Handling.PLACE:
