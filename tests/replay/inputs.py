@@ -8,7 +8,6 @@ from services.runtime.lockstep import Lockstep
 from services.runtime.mailbox import Sample
 from sim.experiments.assembly import modelled_assembly, table_assembly
 from sim.experiments.perception_model import PerceptionSettings
-from sim.node import DRAWN
 from tests.replay.cases import Case
 
 _said_at_ns = 1_000_000_000
@@ -17,8 +16,11 @@ _said_at_ns = 1_000_000_000
 def recorded(case: Case) -> list[Sample]:
     """What the service hears in an episode in lockstep."""
     heard: list[Sample] = []
-    drawn = case.run.robot in DRAWN
-    built = table_assembly(case.run) if drawn else modelled_assembly(case.run, PerceptionSettings())
+    built = (
+        table_assembly(case.run)
+        if case.drawn
+        else modelled_assembly(case.run, PerceptionSettings())
+    )
     lockstep = Lockstep(
         built.nodes,
         on_handled=lambda name, sample: name == case.service and heard.append(sample),
