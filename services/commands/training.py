@@ -36,9 +36,9 @@ def train(
 
     Args:
         what: grounding: words of one robot, seconds; policy: where to go, by practice in simulated
-            worlds, half an hour; detector: the camera's network, five hours of one processor; forms:
-            how large things are behind what is seen of them, minutes; places: the network that tells
-            kinds of places apart, half an hour.
+            worlds, half an hour; detector: the camera's network, five hours of one processor;
+            forms: how large things are behind what is seen of them, minutes; places: the network
+            that tells kinds of places apart, half an hour.
         robot: whose words (grounding), or whose policy.
         data: folder for rendered pictures (detector, places); made if it is not there, resumed if
             it is. By default runs/detector-data or runs/places-data.
