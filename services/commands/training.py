@@ -36,13 +36,13 @@ def train(
 
     Args:
         what: grounding: words of one robot, seconds; policy: where to go, by practice in simulated
-            worlds, half an hour; detector: the camera's network, about an hour; forms: how
-            large things are behind what is seen of them, minutes; places: the network that tells
-            kinds of places apart, half an hour.
+            worlds, half an hour; detector: the camera's network, five hours of one processor;
+            forms: how large things are behind what is seen of them, minutes; places: the network
+            that tells kinds of places apart, half an hour.
         robot: whose words (grounding), or whose policy.
         data: folder for rendered pictures (detector, places); made if it is not there, resumed if
             it is. By default runs/detector-data or runs/places-data.
-        epochs: passes over the pictures in all (detector, 8 by default; places, 16).
+        epochs: passes over the pictures in all (detector, 50 by default; places, 16).
         minutes: ends this call early (detector, places); called again, it goes on from where it
             was.
         check: corpus file to check instead of training (grounding).
@@ -52,7 +52,7 @@ def train(
         rounds: of acting and learning (policy).
         episodes: in every round, of each kind of world and sentence (policy).
         validation: likewise after every round, in worlds that are not trained on (policy).
-        workers: processes that act (policy) or render (detector) at once.
+        workers: processes that act (policy) or render (detector) at once, threads that train it.
         moments: K, of the features over the hypotheses, 1 to 3; the report compares them (policy).
         expert: who is imitated (policy): least_way and detection_rate know what the robot knows
             and plan a search or look where it is likeliest to see something soon; clairvoyant, the
@@ -77,7 +77,7 @@ def train(
 
         report = places.learn(data or Path("runs/places-data"), epochs or 16, minutes)
     else:
-        folder, passes = data or Path("runs/detector-data"), epochs or 8
+        folder, passes = data or Path("runs/detector-data"), epochs or 50
         report = (
             _grounding(robot)
             if what == "grounding"
@@ -183,7 +183,9 @@ def _detector(data: Path, epochs: int, minutes: float | None, workers: int) -> d
     _render(data, workers)
     from services.perception.training.detector.train import train_detector
 
-    return train_detector(data, default_weights.parent, epochs=epochs, minutes=minutes)
+    return train_detector(
+        data, default_weights.parent, epochs=epochs, minutes=minutes, threads=workers
+    )
 
 
 def _render(data: Path, workers: int) -> None:

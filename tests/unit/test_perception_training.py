@@ -17,7 +17,13 @@ from services.perception.training.detector.assignment import Targets, assign, un
 from services.perception.training.detector.export import export_network
 from services.perception.training.detector.frames import Frame
 from services.perception.training.detector.geometry import complete_overlap, overlaps
-from services.perception.training.detector.loop import Training, learning_rate, targets_of
+from services.perception.training.detector.loop import (
+    Progress,
+    Stage,
+    Training,
+    learning_rate,
+    targets_of,
+)
 from services.perception.training.detector.loss import detection_loss
 from services.perception.training.detector.network import (
     DecodedNetwork,
@@ -27,6 +33,7 @@ from services.perception.training.detector.network import (
     decode_corners,
     split,
 )
+from services.perception.training.detector.widening import widen
 from tests.unit.test_perception_frames import empty_frame, half_ignored, striped_frame
 
 torch.set_num_threads(1)
@@ -148,8 +155,48 @@ def test_a_checkpoint_of_other_classes_is_refused(tmp_path: Path):
         Training(("up", "down"), seed=0).load(tmp_path / "checkpoint.pt")
 
 
+STAGES = (Stage(12, 0.5, 2e-3), Stage(24, 0.5, 1e-3))
+
+
+def test_a_wider_network_says_what_the_narrow_one_said():
+    torch.manual_seed(3)
+    narrow, wide = DetectorNetwork(3, 12), DetectorNetwork(3, 24)
+    narrow.train()(torch.rand(2, 3, 64, 64))  # Norms that are not those of the start.
+    widen(narrow, wide)
+    pictures = torch.rand(2, 3, 64, 96)
+    with torch.no_grad():
+        said, before = wide.eval()(pictures), narrow.eval()(pictures)
+    torch.testing.assert_close(said, before, rtol=1e-4, atol=1e-4)
+    wide.train()(pictures).square().sum().backward()
+    for head in wide.heads:
+        # What was added is not listened to yet, but is heard.
+        assert float(head.classes.weight.grad[:, 12:].abs().max()) > 0
+
+
+def test_a_training_widens_in_the_middle_and_goes_on_from_there(tmp_path: Path):
+    frames = [striped_frame(seed) for seed in range(2)]
+    training = Training(CLASSES, 0, STAGES)
+    for _ in range(6):
+        loss = training.step(frames, 16)
+    assert training.network.width == 24
+    assert training.average.width == 24
+    assert training.losses == []
+    training.save(tmp_path / "checkpoint.pt")
+    again = Training(CLASSES, 0, STAGES)
+    again.load(tmp_path / "checkpoint.pt")
+    assert again.network.width == 24
+    assert np.isfinite(loss)
+    assert again.step(frames, 16) == pytest.approx(training.step(frames, 16), rel=1e-5)
+
+
+def test_every_picture_belongs_to_one_stage():
+    stages = [Progress.after(seen, 100, STAGES) for seen in range(0, 120, 10)]
+    assert [one.stage for one in stages] == [0] * 5 + [1] * 7
+    assert [one.seen for one in stages[:10]] == [0, 10, 20, 30, 40] * 2
+
+
 def test_learning_rate_rises_then_falls():
-    rates = [learning_rate(seen, 50_000) for seen in range(0, 60_000, 500)]
+    rates = [learning_rate(seen, 50_000, 2e-3) for seen in range(0, 60_000, 500)]
     peak = int(np.argmax(rates))
     assert 0 < peak < 12
     assert (np.diff(rates[:peak]) > 0).all()
@@ -159,7 +206,7 @@ def test_learning_rate_rises_then_falls():
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
 def test_exported_file_predicts_what_the_network_does(tmp_path: Path):
     torch.manual_seed(0)
-    network = DetectorNetwork(classes=3).eval()
+    network = DetectorNetwork(classes=3, width=48).eval()
     path = tmp_path / "detector.onnx"
     export_network(network, path)
     blob = network_input(striped_frame().color)

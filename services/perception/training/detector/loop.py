@@ -1,6 +1,9 @@
 """The optimisation itself: one step, the schedule, and a state that survives interruption."""
 
 import math
+from collections.abc import Sequence
+from copy import deepcopy
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
@@ -14,8 +17,8 @@ from services.perception.training.detector.assignment import Targets
 from services.perception.training.detector.frames import Frame
 from services.perception.training.detector.loss import detection_loss
 from services.perception.training.detector.network import DetectorNetwork, cell_grid
+from services.perception.training.detector.widening import widen
 
-_peak_rate = 2e-3
 _final_rate = 5e-5
 _warm_up_pictures = 3000
 _average_decay = 0.9995
@@ -27,17 +30,50 @@ _layout = torch.channels_last
 """Of the pictures, hence of all that follows from them: a fifth faster on a CPU."""
 
 
+@dataclass(frozen=True)
+class Stage:
+    """A part of the training in which the network has one width."""
+
+    width: int
+    share: float
+    """Of all pictures."""
+    peak_rate: float
+
+
+STAGES = (Stage(48, 0.6, 2e-3), Stage(72, 0.4, 1e-3))
+"""The second costs 2.3 times as much a picture; see `widening`."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where in its schedule a training is."""
+
+    stage: int
+    seen: int
+    """Pictures of this stage."""
+    total: int
+
+    @staticmethod
+    def after(pictures_seen: int, total_pictures: int, stages: Sequence[Stage]) -> "Progress":
+        """The stage that the next picture belongs to."""
+        began = 0
+        for number, stage in enumerate(stages):
+            total = round(stage.share * total_pictures)
+            if pictures_seen < began + total or number == len(stages) - 1:
+                return Progress(number, pictures_seen - began, total)
+            began += total
+        raise ValueError("a training has at least one stage")
+
+
 class Training:
     """A network, the moving average of its weights, and the optimiser's state."""
 
-    def __init__(self, classes: tuple[str, ...], seed: int) -> None:
-        torch.manual_seed(seed)
-        self.classes = classes
+    def __init__(
+        self, classes: tuple[str, ...], seed: int, stages: Sequence[Stage] = STAGES
+    ) -> None:
+        self.classes, self.stages, self._seed = classes, tuple(stages), seed
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-        self.network = DetectorNetwork(len(classes)).to(self.device)
-        self.average = DetectorNetwork(len(classes)).to(self.device).eval()
-        self.average.load_state_dict(self.network.state_dict())
-        self.optimizer = torch.optim.AdamW(self.network.parameters(), weight_decay=_weight_decay)
+        self._begin(self.stages[0].width)
         self.rng = np.random.default_rng(seed)
         self.pictures_seen = 0
         self.cpu_s = 0.0
@@ -49,8 +85,12 @@ class Training:
 
     def step(self, frames: list[Frame], total_pictures: int) -> float:
         """Learn from one batch and return the loss; `total_pictures` is the schedule's length."""
+        progress = Progress.after(self.pictures_seen, total_pictures, self.stages)
+        stage = self.stages[progress.stage]
+        if stage.width != self.network.width:
+            self._widen(stage.width)
         for group in self.optimizer.param_groups:
-            group["lr"] = learning_rate(self.pictures_seen, total_pictures)
+            group["lr"] = learning_rate(progress.seen, progress.total, stage.peak_rate)
         self.network.train()
         pictures = pictures_tensor(frames).to(self.device, memory_format=_layout)
         with torch.autocast(self.device.type, torch.bfloat16, enabled=multiplies_bfloat16()):
@@ -61,8 +101,21 @@ class Training:
         torch.nn.utils.clip_grad_norm_(self.network.parameters(), _longest_gradient)
         self.optimizer.step()
         self.pictures_seen += len(frames)
-        self._update_average(self.pictures_seen // len(frames))
+        self._update_average(progress.seen // len(frames) + 1)
         return self._noted(float(loss.detach()))
+
+    def _begin(self, width: int) -> None:
+        """A network of this width that has learned nothing."""
+        torch.manual_seed(self._seed)
+        self.network = DetectorNetwork(len(self.classes), width).to(self.device)
+        self.average = deepcopy(self.network).eval()
+        self.optimizer = torch.optim.AdamW(self.network.parameters(), weight_decay=_weight_decay)
+
+    def _widen(self, width: int) -> None:
+        narrow, narrow_average = self.network, self.average
+        self._begin(width)
+        widen(narrow, self.network)
+        widen(narrow_average, self.average)
 
     def _noted(self, loss: float) -> float:
         self._recent.append(loss)
@@ -82,6 +135,7 @@ class Training:
             "cpu_s": self.cpu_s,
             "losses": self.losses,
             "classes": self.classes,
+            "width": self.network.width,
         }
         partial = path.with_suffix(".partial")
         torch.save(state, partial)
@@ -94,6 +148,9 @@ class Training:
             DetectorFileError: it was called for other classes, or for another network.
         """
         state: dict[str, Any] = torch.load(path, map_location=self.device, weights_only=True)
+        known = [stage.width for stage in self.stages]
+        if state.get("classes") == self.classes and state.get("width") in known:
+            self._begin(state["width"])
         mine = {name: value.shape for name, value in self.network.state_dict().items()}
         theirs = {name: value.shape for name, value in state["network"].items()}
         if state.get("classes") != self.classes or mine != theirs:
@@ -126,12 +183,12 @@ def multiplies_bfloat16() -> bool:
     return torch.cpu._is_avx512_bf16_supported()  # pyright: ignore[reportPrivateUsage]
 
 
-def learning_rate(pictures_seen: int, total_pictures: int) -> float:
-    """Linear warm-up, then half a cosine down to the final rate."""
-    if pictures_seen < _warm_up_pictures:
-        return _peak_rate * (pictures_seen + 1) / _warm_up_pictures
-    done = min((pictures_seen - _warm_up_pictures) / max(total_pictures - _warm_up_pictures, 1), 1)
-    return _final_rate + (_peak_rate - _final_rate) * (1 + math.cos(math.pi * done)) / 2
+def learning_rate(seen: int, total: int, peak: float) -> float:
+    """Linear warm-up to the peak, then half a cosine down to the final rate; counts pictures."""
+    if seen < _warm_up_pictures:
+        return peak * (seen + 1) / _warm_up_pictures
+    done = min((seen - _warm_up_pictures) / max(total - _warm_up_pictures, 1), 1)
+    return _final_rate + (peak - _final_rate) * (1 + math.cos(math.pi * done)) / 2
 
 
 def pictures_tensor(frames: list[Frame]) -> Tensor:

@@ -102,9 +102,9 @@ class DetectorNetwork(nn.Module):
     order, rows first.
     """
 
-    def __init__(self, classes: int, width: int = 48) -> None:
+    def __init__(self, classes: int, width: int) -> None:
         super().__init__()
-        w = width
+        self.width = w = width
         self.stem = nn.Sequential(
             Convolution(3, w // 3, stride=2),
             Convolution(w // 3, 2 * w // 3, stride=2),
