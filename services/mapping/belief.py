@@ -1,6 +1,6 @@
 """The filter's state as the message that it publishes."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -151,14 +151,23 @@ def _figures(semantic: SemanticFilter) -> _Rows:
     rows = np.flatnonzero(particles.figure == hypothesised_figure).astype(np.int32)
     wanted = [reading.figure for reading in semantic.readings]
     enclosed = np.array([reading.enclosed for reading in semantic.readings], np.bool_)
-    return _hypothesised(
-        semantic,
-        rows,
-        hypothesised_figure,
-        particles.figure_position[rows],
-        wanted,
-        enclosed[particles.reading[rows]] if len(enclosed) else np.zeros(len(rows), np.bool_),
-    )
+    inside = enclosed[particles.reading[rows]] if len(enclosed) else np.zeros(len(rows), np.bool_)
+    places = particles.figure_position[rows]
+    figures = _hypothesised(semantic, rows, hypothesised_figure, places, wanted, inside)
+    return replace(figures, position=_left_for(semantic, rows, places))
+
+
+def _left_for(semantic: SemanticFilter, rows: Ints, places: Floats) -> Floats:
+    """Where figures (n, 2) that a relation places can still be, see `target.left_for`.
+
+    What was drawn from the prior has no residual, and what lies in something stays in it.
+    """
+    left = places.copy()
+    for number, reading in enumerate(semantic.readings):
+        own = semantic.particles.reading[rows] == number
+        if reading.relation is not None and not reading.enclosed and own.any():
+            left[own] = left_for(places[own], reading.figure, semantic.evidence)
+    return left
 
 
 def _landmarks(semantic: SemanticFilter) -> _Rows:
@@ -188,19 +197,18 @@ def _hypothesised(
     radii = [prior.typical_radius(semantic.classes[index]) for index in classes.tolist()]
     side = 2 * np.array(radii)
     evidence = semantic.evidence
-    log_missed, left = np.zeros(len(rows)), places.copy()
+    log_missed = np.zeros(len(rows))
     for index in np.unique(classes).tolist():
         # Whoever looked at the ground about a box has not seen what is in it.
         own = (classes == index) & ~enclosed
         log_missed[own] = missed(places[own], index, evidence)
-        left[own] = left_for(places[own], index, evidence)
     unseen = _prior_existence * np.exp(log_missed)
     return _Rows(
         particle=rows,
         node=np.full(len(rows), node, np.int32),
         class_index=classes,
         class_probability=np.ones(len(rows)),
-        position=left,
+        position=places,
         covariance=np.tile(relations.residual**2 * np.eye(2), (len(rows), 1, 1)),
         extent=np.stack([side, side, np.full(len(rows), _typical_height)], axis=1),
         existence=unseen / (unseen + 1 - _prior_existence),
